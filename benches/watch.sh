@@ -19,7 +19,7 @@ begin() {
     "$oneiro" run first.toml --seed 1 --out out --quiet "$@" >/dev/null 2>said &
     run=$!
     [[ " $* " = *" --watch "* ]] || return 0
-    until link=$(grep -o 'http://[^ ]*' said); do sleep 0.005; done
+    until link=$(grep -so 'http://[^ ]*' said); do sleep 0.005; done
     token=${link#*token=} port=${link#*127.0.0.1:} port=${port%%/*}
 }
 get() { curl -s --max-time 5 -b "oneiro-$port=$token" "http://127.0.0.1:$port/$1"; }
@@ -56,15 +56,28 @@ for _ in 1 2 3 4 5; do
     wait "$run" || true
 done
 
+# Processor seconds of the page's process so far.
+page_took() { awk -v tick="$(getconf CLK_TCK)" '{ print ($14 + $15) / tick }' "/proc/$(pgrep -f "$oneiro watch --beside")/stat"; }
+
+echo "processor seconds of the page's process as a fraction of those of all processors during the run: without and with a reader"
+for kind in page reader; do
+    begin --set evolution.generations=40000 --watch
+    if [ "$kind" = reader ]; then reader; else until [ -e out/DONE ]; do sleep 0.1; done; fi
+    spent=$(page_took)
+    wait "$run"
+    awk -v kind="$kind" -v spent="$spent" -v took="$(took)" -v cores="$(nproc)" \
+        'BEGIN { printf "%s: %.2f s of %d times %.1f s: %.2f %%\n", kind, spent, cores, took, 100 * spent / took / cores }'
+done
+
 echo "seconds of a run alone, with the page, and with a reader; then both over the first (median)"
 for _ in 1 2 3 4 5 6 7 8 9; do
-    begin --set evolution.generations=6000
+    begin --set evolution.generations=12000
     wait "$run"
     alone=$(took)
-    begin --set evolution.generations=6000 --watch
+    begin --set evolution.generations=12000 --watch
     wait "$run"
     page=$(took)
-    begin --set evolution.generations=6000 --watch
+    begin --set evolution.generations=12000 --watch
     reader
     wait "$run"
     echo "$alone $page $(took)"

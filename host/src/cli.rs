@@ -764,6 +764,18 @@ pub(crate) struct Replay {
     /// Record every Nth cycle
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..=u32::MAX.into()))]
     pub(crate) every: u32,
+    /// Also draw a moment of the episode to this file, an SVG or a PNG
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "elites")]
+    pub(crate) picture: Option<PathBuf>,
+    /// The moment, 0 to 1000000 s from the start [default: the end]
+    #[arg(long, value_name = "SECONDS", requires = "picture", value_parser = number::<f64>(0.0..=1e6))]
+    pub(crate) at: Option<f64>,
+    /// Also film the episode to this file, a GIF
+    #[arg(long, value_name = "FILE.gif", value_hint = ValueHint::FilePath, conflicts_with = "elites")]
+    pub(crate) film: Option<PathBuf>,
+    /// How many times as fast as in reality the film is, 0.1 to 10000 [default: so that it takes 20 s]
+    #[arg(long, value_name = "X", requires = "film", value_parser = number::<f64>(0.1..=10_000.0))]
+    pub(crate) speed: Option<f64>,
 }
 
 /// `oneiro verify`

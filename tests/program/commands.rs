@@ -566,6 +566,14 @@ fn from_a_new_experiment_to_its_champion() {
             "--generation 99: is not recorded; allowed: 0 to",
         ),
         (
+            &["--film", "a.webm"],
+            "--film a.webm: its ending says no kind of file; allowed: FILE.gif",
+        ),
+        (
+            &["--picture", "a"],
+            "--picture a: its ending says no kind of file; allowed: FILE.svg or FILE.png",
+        ),
+        (
             &["--generation", "0", "--individual", "999"],
             "--individual 999: no such individual; allowed: 0 to",
         ),
@@ -576,6 +584,50 @@ fn from_a_new_experiment_to_its_champion() {
     }
     // The replay's own files aren't part of the run.
     assert_eq!(place.good(&["verify", "runs"]), verified);
+}
+
+/// The picture of a moment has the robot where the trace has it, and a film's last frame where the episode ends.
+#[test]
+fn an_episode_is_a_picture_and_a_film() {
+    let place = Place::new("film");
+    place.small_experiment();
+    place.good(&["run", "small.toml", "--seed", "1", "--out", "run", "--quiet"]);
+    let pictures = ["--picture", "at.svg", "--at", "2", "--film", "a.gif"];
+    let answer = place.answer(&[&["replay", "run", "--json"], &pictures[..]].concat());
+    assert_eq!([&answer["picture"], &answer["film"]], ["at.svg", "a.gif"]);
+    let trace = place.text("run/replay-0.csv");
+    let cycle = trace.lines().nth(1 + 20).unwrap();
+    let [x, y] = ["x_mm", "y_mm"].map(|name| {
+        let column = trace.lines().next().unwrap().split(',').position(|own| own == name);
+        cycle.split(',').nth(column.unwrap()).unwrap().parse::<f64>().unwrap()
+    });
+    let picture = place.text("at.svg");
+    // The arena of 600 by 350 mm has a margin of 3 % of its length in 880 pixels; rows count from the top.
+    let (scale, margin) = (880.0 / (1.06 * 600.0), 0.03 * 600.0);
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let (_, robot) = picture.split_once("translate(").unwrap();
+    let (left, rest) = robot.split_once(' ').unwrap();
+    let (top, _) = rest.split_once(')').unwrap();
+    assert!((number(left) - scale * (x + margin)).abs() < 0.01, "{left} {x}");
+    assert!((number(top) - scale * (350.0 + margin - y)).abs() < 0.01, "{top} {y}");
+    assert!(picture.contains("2 s of "));
+    let film = fs::read(place.at("a.gif")).unwrap();
+    assert_eq!(&film[..6], b"GIF89a");
+    let all = [
+        "replay",
+        "run",
+        "--generations",
+        "0,1",
+        "--film",
+        "b.gif",
+        "--picture",
+        "b.png",
+    ];
+    place.good(&all);
+    assert_eq!(fs::read(place.at("b.png")).unwrap()[1..4], *b"PNG");
+    // A film of the same episode has the same bytes.
+    place.good(&["replay", "run", "--film", "c.gif"]);
+    assert_eq!(fs::read(place.at("c.gif")).unwrap(), film);
 }
 
 #[test]

@@ -25,7 +25,7 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 41] = [
+const COMMANDS: [(&str, &[&str]); 42] = [
     ("new", &["new", "OUT.toml"]),
     ("check", &["check", "small.toml"]),
     ("check parts", &["check", "parts.toml"]),
@@ -54,6 +54,10 @@ const COMMANDS: [(&str, &[&str]); 41] = [
     ("evaluate the best", &["evaluate", "--best", "--genomes", "run"]),
     ("watch", &["watch", "run", "--snapshot", "OUT.html"]),
     ("replay", &["replay", "run"]),
+    (
+        "replay as a film",
+        &["replay", "run", "--film", "OUT.gif", "--picture", "OUT.png"],
+    ),
     (
         "evaluate a tournament",
         &["evaluate", "--tournament", "--genomes", "pair"],

@@ -9,8 +9,8 @@ macro_rules! modules {
 
 /// All modules.
 const MODULES: &[(&str, &str)] = modules!(
-    "arena" "chart" "colours" "contents" "dom" "elites" "episode" "facts" "foragers" "messages" "player" "readings" "record" "report"
-    "robots" "saving" "sensors" "stage" "svg-chart" "table" "tiles" "trails" "watch"
+    "arena" "chart" "colours" "contents" "diagram" "dom" "elites" "episode" "facts" "foragers" "messages" "player" "readings" "record" "report"
+    "robots" "saving" "scrolling" "sensors" "stage" "svg-chart" "svg-pen" "table" "tiles" "trails" "watch"
 );
 
 /// Makes one script of a page's module, such as `report`, and of all that it imports: without imports, exports and comments, in the order in

@@ -20,6 +20,8 @@ pub mod csv;
 pub mod figures;
 pub mod numbers;
 pub mod page;
+#[cfg(feature = "film")]
+pub mod raster;
 
 #[cfg(any(test, feature = "testing"))]
 #[cfg_attr(

@@ -327,9 +327,19 @@ pub mod check {
         (page, scripts)
     }
 
-    /// The first tag that isn't closed or doesn't close anything; text outside tags is skipped.
+    /// The first tag that isn't closed or doesn't close anything, or that is shown as text, since it was escaped.
     pub fn unbalanced(html: &str) -> Option<String> {
+        const SHOWN: [&str; 5] = [
+            "&lt;/b&gt;",
+            "&lt;/i&gt;",
+            "&lt;/code&gt;",
+            "&lt;/a&gt;",
+            "&lt;/span&gt;",
+        ];
         let html = &without_scripts(html).0;
+        if let Some(shown) = SHOWN.iter().find(|tag| html.contains(**tag)) {
+            return Some((*shown).to_owned());
+        }
         let mut open = Vec::new();
         for piece in html.split('<').skip(1) {
             let Some((tag, _)) = piece.split_once('>') else {
@@ -404,6 +414,7 @@ pub mod check {
         assert_eq!(unbalanced("<p>a <b>c</b><br/></p>"), None);
         assert_eq!(unbalanced("<p><b>c</p></b>"), Some("/p".into()));
         assert_eq!(unbalanced("<p><b>c</b>"), Some("p".into()));
+        assert_eq!(unbalanced("<p>&lt;b&gt;c&lt;/b&gt;</p>"), Some("&lt;/b&gt;".into()));
     }
 }
 

@@ -28,6 +28,10 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         individual: arguments.individual,
         generations: &arguments.generations,
         genome: arguments.genome.as_deref(),
+        picture: arguments.picture.as_deref(),
+        at: arguments.at,
+        film: arguments.film.as_deref(),
+        speed: arguments.speed,
     };
     let engine = arguments.backend.engine()?;
     let answer = run.experiment().replay(&recorded, &replay, &engine, console.bars())?;

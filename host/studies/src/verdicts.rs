@@ -169,7 +169,7 @@ fn article(claim: &Claim) -> String {
         escaped(&claim.criterion),
         escaped(&claim.source),
         escaped(&claim.unit),
-        paragraph(&verdict_and_reason(claim)),
+        verdict_and_reason(claim),
     );
     if !claim.effects.is_empty() {
         let head = [
@@ -200,7 +200,7 @@ fn article(claim: &Claim) -> String {
     text
 }
 
-/// The verdict with its reason, and the registered criterion's result.
+/// The verdict with its reason, and the registered criterion's result, as a paragraph.
 fn verdict_and_reason(claim: &Claim) -> String {
     let reasons = match &claim.reasons[..] {
         [] => "all intervals lie on the required side".to_owned(),
@@ -212,7 +212,7 @@ fn verdict_and_reason(claim: &Claim) -> String {
         None => "can't be evaluated",
     };
     format!(
-        "<b>Verdict: {}.</b> {}. By the estimates alone, the registered criterion {registered}.",
+        "<p><b>Verdict: {}.</b> {}. By the estimates alone, the registered criterion {registered}.</p>\n",
         claim.verdict,
         escaped(&reasons)
     )

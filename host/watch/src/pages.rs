@@ -158,7 +158,8 @@ pub(crate) fn tables(sources: &Sources) -> String {
     let heads =
         ["kind", "name", "seed", "state", "done", "of", "best", "directory"].map(|name| format!("<th>{name}</th>"));
     format!(
-        "{cells}<div class=\"scroll\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
+        "{cells}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"All that was found\">\
+         <table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
         heads.concat()
     )
 }

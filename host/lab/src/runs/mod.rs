@@ -213,6 +213,12 @@ pub struct Replay<'a> {
     pub generations: &'a [u32],
     /// The file of a genome other than the champion's.
     pub genome: Option<&'a Path>,
+    /// Files for a picture of a moment (SVG or PNG), by default the last one, in s from the start, and for a film (GIF), which is so many
+    /// times as fast as real time.
+    pub picture: Option<&'a Path>,
+    pub at: Option<f64>,
+    pub film: Option<&'a Path>,
+    pub speed: Option<f64>,
 }
 
 impl Replay<'_> {

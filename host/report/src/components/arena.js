@@ -1,6 +1,7 @@
 // The arena's canvas: places in mm, y up, and what stands in the arena.
 import { FONT, Theme, faded } from './colours.js';
 import { element } from './dom.js';
+import { SvgPen } from './svg-pen.js';
 
 /**
  * What drawing a frame put where, for tests.
@@ -70,6 +71,22 @@ export class Arena {
     pen.fillRect(0, 0, view.width, view.height);
     this.put = { robots: [], sides: [] };
     this.marks = this.colours;
+  }
+
+  /**
+   * What `draw` draws, as SVG.
+   * @param {() => void} draw
+   */
+  svg(draw) {
+    const { pen, view } = this;
+    const { ratio } = view;
+    const own = new SvgPen(view.width, view.height);
+    this.pen = /** @type {any} */ (own);
+    view.ratio = 1;
+    draw();
+    this.pen = pen;
+    view.ratio = ratio;
+    return own.text(document.title);
   }
 
   /** @param {number} x @param {number} y @param {number} radius in pixels */

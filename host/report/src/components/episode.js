@@ -1,5 +1,6 @@
 // The page of an episode.
 import { shortened } from './chart.js';
+import { Controllers } from './diagram.js';
 import { element, legendEntry, made, set } from './dom.js';
 import { bytes, facts } from './facts.js';
 import { MESSAGE_PICTURE, drawMessages } from './messages.js';
@@ -71,6 +72,8 @@ const { names, robots, everyone } = record;
 const { hears, scoresEach, apart } = doings;
 const alone = robots === 1;
 const Who = who[0].toUpperCase() + who.slice(1);
+/** Seconds for which a transition stays marked while the page plays. */
+const MARKED = 0.7;
 /** The reading that the chart shows; -1: fitness. */
 let charted = -1;
 
@@ -89,6 +92,7 @@ const stage = new Stage(record, data.body, {
 });
 const { arena, chart, player } = stage;
 const bars = new Readings(readings);
+const controllers = new Controllers(data);
 
 /** @param {string} id */
 const isOn = (id) => element(id, HTMLInputElement).checked;
@@ -158,6 +162,32 @@ function showTable(line) {
 }
 
 /**
+ * The states before and after a machine's last transition, if it was taken a moment ago.
+ * @param {number} robot @param {number} line
+ */
+function takenBy(robot, line) {
+  const since = player.time - MARKED * player.speed;
+  for (let after = line; after > 0 && record.timeOf(after) >= since; after--) {
+    const states = [after - 1, after].map((at) => doings.act(robot, at).name);
+    if (states[0] !== states[1]) return states;
+  }
+  return [];
+}
+
+/** @param {number} line */
+function showController(line) {
+  const { followed } = player;
+  const robot = Math.max(followed, 0);
+  const { name, colour } = doings.act(robot, line);
+  controllers.show(robot, alone ? 'Controller' : `${Who} ${names[robot]} computes`, followed < 0 ? null : {
+    reading: (index) => doings.reading(robot, line, index),
+    act: name,
+    taken: takenBy(robot, line),
+    colour,
+  });
+}
+
+/**
  * What the chart shows of a line; null without a robot that is followed.
  * @param {number} line
  */
@@ -212,6 +242,7 @@ function show() {
   const { line } = player.moment;
   const { followed } = player;
   drawArena();
+  showController(line);
   const title = alone ? 'Readings' : `${Who} ${names[followed]} reads`;
   bars.show(followed < 0 ? 'Readings: click a robot' : title, followed < 0 ? null : (index) => doings.reading(followed, line, index));
   showTable(line);

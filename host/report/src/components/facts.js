@@ -71,10 +71,31 @@ import { element } from './dom.js';
  */
 
 /**
+ * A part of a network that has a value: a reading, or its lines' sum, plus `shift`, then times `slope` into the function.
+ * @typedef {object} NetworkNode
+ * @property {string} name
+ * @property {number} column
+ * @property {number | null} reading
+ * @property {number} shift
+ * @property {number} slope
+ * @property {string | null} function
+ * @property {string} wheel that it commands, or nothing
+ * @property {number} zero the value at which it is empty
+ */
+
+/** @typedef {{ from: number, to: number, back: boolean, weights: number[] }} NetworkLine the last weight is its width */
+/** @typedef {[string, string]} Named a name, and what it means */
+/** @typedef {{ kind: 'network', nodes: NetworkNode[], lines: NetworkLine[] }} NetworkFacts */
+/** @typedef {{ kind: 'machine', states: Named[], arrows: [number, number, string, string][] }} MachineFacts */
+/** @typedef {{ kind: 'tree', states: Named[], conditions: Named[] }} TreeFacts */
+
+/**
  * An episode.
  * @typedef {object} EpisodeOnly
  * @property {Act[]} acts states of all machines
  * @property {ArenaFacts} arena
+ * @property {(NetworkFacts | MachineFacts | TreeFacts)[]} diagrams controllers
+ * @property {number[]} diagram each robot's; empty without diagrams
  * @property {Bounds} view what is visible
  * @property {Reading[]} readings
  * @property {Sensor[]} sensors

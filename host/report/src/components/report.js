@@ -1,6 +1,8 @@
-// A report: its list of contents and its charts.
+// A report: its list of contents, its charts, and its wide tables.
 import { followContents } from './contents.js';
+import { reachScrolled } from './scrolling.js';
 import { attach } from './svg-chart.js';
 
 followContents();
 attach();
+reachScrolled();

@@ -1,4 +1,4 @@
-// The arena as a picture and as a film.
+// The arena as a picture, as a drawing and as a film.
 import { element, say } from './dom.js';
 
 /** @param {Blob} content @param {string} ending of the file's name, which begins with the page's title */
@@ -49,10 +49,15 @@ class Film {
 const canFilm = () => 'captureStream' in HTMLCanvasElement.prototype && 'MediaRecorder' in window
   && MediaRecorder.isTypeSupported('video/webm');
 
-/** @param {HTMLCanvasElement} canvas @param {import('./player.js').Player} player */
-export function listenToSaving(canvas, player) {
+/** @param {import('./arena.js').Arena} arena @param {import('./player.js').Player} player */
+export function listenToSaving(arena, player) {
+  const { canvas } = arena;
+  const moment = () => `-${player.time.toFixed(1)}-s`;
   element('save-picture', HTMLButtonElement).addEventListener('click', () => {
-    canvas.toBlob((picture) => picture && save(picture, `-${player.time.toFixed(1)}-s.png`));
+    canvas.toBlob((picture) => picture && save(picture, `${moment()}.png`));
+  });
+  element('save-drawing', HTMLButtonElement).addEventListener('click', () => {
+    save(new Blob([arena.svg(() => player.show())], { type: 'image/svg+xml' }), `${moment()}.svg`);
   });
   const button = element('save-film', HTMLButtonElement);
   button.hidden = !canFilm();

@@ -33,7 +33,7 @@ export class Stage {
       this.player.show();
     };
     listenToRobots(this.arena, this.player, body);
-    listenToSaving(this.arena.canvas, this.player);
+    listenToSaving(this.arena, this.player);
   }
 
   /**

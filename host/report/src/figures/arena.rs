@@ -188,7 +188,7 @@ pub(super) struct Sheet {
     top: f64,
     corner: (f64, f64),
     size: (f64, f64),
-    scale: f64,
+    pub(super) scale: f64,
 }
 
 impl Sheet {

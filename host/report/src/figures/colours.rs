@@ -85,6 +85,18 @@ fn colour_blind_readers_tell_robots_apart() {
     }
 }
 
+/// A diagram's weights and values by their sign.
+#[test]
+fn colour_blind_readers_tell_signs_apart() {
+    let dark = STYLE.find("@media (prefers-color-scheme: dark)").unwrap();
+    for scheme in [&STYLE[..dark], &STYLE[dark..]] {
+        let signs = ["link", "lamp-edge"].map(|name| variable(scheme, name));
+        for sight in [TRICHROMAT, PROTANOPE, DEUTERANOPE] {
+            assert!(nearest(&signs, sight).0 >= APART, "{signs:?}");
+        }
+    }
+}
+
 /// The colour of a variable in a scheme.
 fn variable<'a>(scheme: &'a str, name: &str) -> &'a str {
     let (_, after) = scheme
@@ -110,7 +122,7 @@ fn text_and_marks_have_contrast_in_both_schemes() {
                 4.5,
             ),
             (
-                "link page, focus page, edge page, message floor, sensor floor, link floor, food-edge floor, object-edge floor",
+                "link page, lamp-edge page, focus page, edge page, message floor, sensor floor, link floor, food-edge floor, object-edge floor",
                 3.0,
             ),
         ] {

@@ -103,7 +103,7 @@ impl ElitesReplay<'_> {
         let mut facts = pose_facts(&poses, self.body_radius);
         facts.extend([
             ("arena", arena(self.arena)),
-            ("view", view(self.arena, self.body_radius, &poses)),
+            ("view", json!(view(self.arena, self.body_radius, &poses))),
             ("axes", self.axes.iter().map(axis).collect()),
             ("grid", json!(self.centroids.is_none())),
             ("columns", json!(self.columns)),

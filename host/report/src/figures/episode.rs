@@ -1,6 +1,8 @@
 //! A self-contained HTML page that replays an episode of one robot or of a swarm: the arena, all robots with the states of
-//! their machines, which robots each hears, and the followed robot's sensors, readings, speeds and memory. Readings are rounded
-//! to 1/65535 of their range in this episode.
+//! their machines, which robots each hears, and the followed robot's controller, sensors, readings, speeds and memory. Readings are
+//! rounded to 1/65535 of their range in this episode.
+
+mod diagram;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +15,7 @@ use oneiro::surrogate::BEARINGS;
 use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::World;
 use oneiro_base::console::counted;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::player::{self, Player, packed, turns};
@@ -41,14 +44,14 @@ pub struct EpisodeReplay<'a> {
     pub world: &'a World,
     pub cycles: u32,
     /// The trace of each robot, with a record each `every` cycles, which is 1 or more.
-    pub robots: &'a [Trace],
+    pub robots: Vec<Trace>,
     /// Of robots that are alone in a world each, like this one: their generations; empty for robots of one world.
-    pub generations: &'a [u32],
+    pub generations: Vec<u32>,
     pub every: u32,
     /// Each robot's earnings up to each record; empty unless each robot has a score.
-    pub earned: &'a [Vec<f32>],
-    /// What each robot does in each state of its machine, with the state's number; empty without machines.
-    pub states: &'a [Vec<String>],
+    pub earned: Vec<Vec<f32>>,
+    /// The genes of each robot's controller.
+    pub genes: Vec<&'a [f32]>,
 }
 
 /// Bytes of a page for each robot and record.
@@ -71,7 +74,7 @@ pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
     let EpisodeReplay { robots, every, .. } = replay;
     let lead = format!(
         "{} for {} s, recorded every {} s.",
-        match replay.generations {
+        match &replay.generations[..] {
             [] => counted(robots.len(), "robot", "robots in one world"),
             own => format!(
                 "The bests of {}, each alone from the same start,",
@@ -94,7 +97,7 @@ pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
 }
 
 /// A reading of all robots, in the order of lines and robots.
-struct Reading {
+pub(super) struct Reading {
     name: String,
     values: Vec<f32>,
     /// Their minimum and maximum.
@@ -116,15 +119,26 @@ impl Reading {
         }
     }
 
-    /// Its name, its span, and the ends of its bar, which has room for 0 and 1, and for -1 if it may be negative.
-    fn facts(&self) -> Value {
+    /// The ends of its bar, which has room for 0 and 1, and for -1 if it may be negative.
+    fn ends(&self) -> [f32; 2] {
         let to = self.high.max(1.0);
-        let [from, to] = if self.low < 0.0 || SPEEDS.contains(&&*self.name) {
+        if self.low < 0.0 || SPEEDS.contains(&&*self.name) {
             let most = to.max(-self.low);
             [-most, most]
         } else {
             [0.0, to]
-        };
+        }
+    }
+
+    /// How strongly it is drawn, from 0 to 1.
+    pub(super) fn strength(&self, index: usize) -> f32 {
+        let [_, to] = self.ends();
+        (self.values[index] / to).clamp(0.0, 1.0)
+    }
+
+    /// Its name, its span, and the ends of its bar.
+    fn facts(&self) -> Value {
+        let [from, to] = self.ends();
         json!({ "name": self.name, "low": self.low, "high": self.high, "from": from, "to": to, "whole": self.is_whole })
     }
 
@@ -150,7 +164,7 @@ impl EpisodeReplay<'_> {
     }
 
     /// What robots read, the speeds of their wheels, and what their parts remember.
-    fn readings(&self) -> Vec<Reading> {
+    pub(super) fn readings(&self) -> Vec<Reading> {
         let details = |wanted: fn(DetailKind) -> bool| {
             let all = self.world.details().iter().enumerate();
             let own = all.filter(move |(_, detail)| wanted(detail.kind));
@@ -169,16 +183,26 @@ impl EpisodeReplay<'_> {
     }
 
     /// For each reading of a sensor that can be drawn: the sensor's place on the body and the direction in which it looks.
-    fn sensors(&self) -> Vec<Value> {
+    pub(super) fn sensors(&self) -> Vec<DrawnSensor> {
         let robot = &self.world.spec().robot;
         let perceived = self.places(DetailKind::Perceived).into_iter().enumerate();
         let drawn = perceived.filter_map(|(reading, place)| {
             let detail = &self.world.details()[place];
             if let Some(sensor) = khepera_sensor(detail) {
                 let turn = -BEARINGS[sensor] / 360.0;
-                return Some(json!({ "reading": reading, "bearing": turn, "heading": turn, "offset": robot.body_radius, "range": KHEPERA_RANGE }));
+                return Some(DrawnSensor {
+                    reading,
+                    bearing: turn,
+                    heading: turn,
+                    offset: robot.body_radius,
+                    range: Some(KHEPERA_RANGE),
+                    width: None,
+                });
             }
-            let sensor = robot.described_sensors().iter().find(|sensor| sensor.name == detail.name)?;
+            let sensor = robot
+                .described_sensors()
+                .iter()
+                .find(|sensor| sensor.name == detail.name)?;
             drawn(sensor, robot.body_radius, reading)
         });
         drawn.collect()
@@ -186,36 +210,40 @@ impl EpisodeReplay<'_> {
 
     /// What is drawn on each robot.
     fn names(&self) -> Value {
-        match self.generations {
+        match &self.generations[..] {
             [] => (0..self.robots.len()).collect(),
             own => json!(own),
         }
     }
 
     /// The name and colour of each robot without a machine: those of its generation or of its team, if there are several.
-    fn plain(&self) -> Vec<Value> {
+    pub(super) fn plain(&self) -> Vec<(String, String)> {
         let genes = self.world.genes_of(0).len().max(1);
         let team = |robot: usize| self.world.genes_of(robot as u32).start / genes;
         let teams = (0..self.robots.len()).map(team).max().map_or(1, |last| last + 1);
         let last = self.robots.len().saturating_sub(1).max(1) as f64;
-        let named = |robot: usize| match self.generations {
+        let named = |robot: usize| match &self.generations[..] {
             [] if (2..=COLOURS.len()).contains(&teams) => {
                 (format!("team {}", team(robot)), COLOURS[team(robot)].to_owned())
             }
+            // Opponents may have one genome between them.
+            [] if self.robots.len() == 2 => (format!("robot {robot}"), COLOURS[robot].to_owned()),
             [] => (String::new(), COLOURS[0].to_owned()),
             own => (format!("generation {}", own[robot]), ramp(&AGES, robot as f64 / last)),
         };
-        let shown = |robot| {
-            let (name, colour) = named(robot);
-            json!({ "name": name, "colour": colour, "front": FRONT })
-        };
-        (0..self.robots.len()).map(shown).collect()
+        (0..self.robots.len()).map(named).collect()
+    }
+
+    /// What each robot does in each state of its machine, with the state's number; of others nothing.
+    fn states(&self) -> Vec<Vec<String>> {
+        let all = self.genes.iter();
+        all.map(|genes| diagram::states(self.world, genes)).collect()
     }
 
     /// States of all machines, each once.
-    fn acts(&self) -> Vec<&str> {
+    fn acts(&self) -> Vec<String> {
         let mut acts = Vec::new();
-        for act in self.states.iter().flatten().map(String::as_str) {
+        for act in self.states().into_iter().flatten() {
             if !acts.contains(&act) {
                 acts.push(act);
             }
@@ -223,8 +251,33 @@ impl EpisodeReplay<'_> {
         acts
     }
 
+    /// The diagrams of all controllers, each once, and the number of each robot's; both empty if they aren't drawn.
+    fn diagrams(&self, readings: &[Reading]) -> [Value; 2] {
+        let names: Vec<&str> = readings.iter().map(|reading| &*reading.name).collect();
+        let inputs = self
+            .world
+            .details()
+            .iter()
+            .filter(|detail| detail.kind == DetailKind::Perceived)
+            .count();
+        let mut each = Vec::new();
+        for genes in &self.genes {
+            if !each.contains(genes) {
+                each.push(*genes);
+            }
+        }
+        let number = |genes: &&[f32]| each.iter().position(|other| other == genes);
+        let numbers: Vec<_> = self.genes.iter().map(number).collect();
+        let drawn = each
+            .iter()
+            .map(|genes| diagram::diagram(self.world, genes, &names, inputs));
+        drawn
+            .collect::<Option<Vec<_>>>()
+            .map_or([json!([]), json!([])], |drawn| [json!(drawn), json!(numbers)])
+    }
+
     /// The state of each robot's machine after the cycle, by its place among those of all machines.
-    fn machine_states(&self) -> Vec<u16> {
+    pub(super) fn machine_states(&self) -> Vec<u16> {
         let acting = Form::of(self.world.gene_layout()).map(Form::acting);
         let is_state = |detail: &Detail| {
             detail.kind == DetailKind::Memory(Kind::Controller) && Some(detail.name.as_str()) == acting
@@ -237,7 +290,8 @@ impl EpisodeReplay<'_> {
                 let name = states.get(trace.details(line)[place] as usize)?;
                 acts.iter().position(|act| act == name)
             };
-            let all = self.seen().zip(self.states.iter().cycle()).map(shown);
+            let states = self.states();
+            let all = self.seen().zip(states.iter().cycle()).map(shown);
             all.map(|act| act.map_or(u16::MAX, |act| act as u16)).collect()
         })
     }
@@ -259,15 +313,21 @@ impl EpisodeReplay<'_> {
             let each = self.earned.iter().map(move |earned| earned[line]);
             each.flat_map(|earned| halves(earned.to_bits()))
         });
-        let act = |(state, name): (usize, &str)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "front": FRONT });
+        let look = |name: &str, colour: &str| json!({ "name": name, "colour": colour, "front": FRONT });
+        let [diagrams, diagram] = self.diagrams(&readings);
+        let acts = self.acts().into_iter().enumerate();
+        let acts = acts.map(|(state, name)| look(&name, COLOURS[state % COLOURS.len()]));
+        let plain = self.plain().into_iter().map(|(name, colour)| look(&name, &colour));
         let fitness = self.robots[0].iter().flat_map(|robot| halves(robot.fitness.to_bits()));
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
         let mut facts = pose_facts(&poses, spec.robot.body_radius);
         facts.extend([
-            ("acts", self.acts().into_iter().enumerate().map(act).collect()),
+            ("acts", acts.collect()),
             ("arena", arena(&spec.arena)),
+            ("diagrams", diagrams),
+            ("diagram", diagram),
             ("sensors", json!(self.sensors())),
-            ("plain", json!(self.plain())),
+            ("plain", plain.collect()),
             (
                 "who",
                 json!(if self.generations.is_empty() {
@@ -278,7 +338,7 @@ impl EpisodeReplay<'_> {
             ),
             ("names", self.names()),
             ("times", times.collect()),
-            ("view", view(&spec.arena, spec.robot.body_radius, &poses)),
+            ("view", json!(view(&spec.arena, spec.robot.body_radius, &poses))),
             // For each line.
             ("fitness", json!(packed(fitness))),
             // For each line, for each robot; of readings and senders several.
@@ -315,16 +375,29 @@ pub(super) fn pose_facts(poses: &[[f32; 3]], body_radius: f32) -> BTreeMap<&'sta
     ])
 }
 
-/// The visible area, in mm: the arena, and wherever a robot is.
-pub(super) fn view(arena: &Arena, body: f32, poses: &[[f32; 3]]) -> Value {
+/// The visible area, in mm.
+#[derive(Clone, Copy, Serialize)]
+pub(super) struct View {
+    pub(super) left: f32,
+    pub(super) right: f32,
+    pub(super) bottom: f32,
+    pub(super) top: f32,
+}
+
+/// The arena, and wherever a robot is.
+pub(super) fn view(arena: &Arena, body: f32, poses: &[[f32; 3]]) -> View {
     let bounds = arena.bounds();
-    let [mut left, mut right] = [bounds.x, bounds.x + bounds.width];
-    let [mut bottom, mut top] = [bounds.y, bounds.y + bounds.height];
+    let mut view = View {
+        left: bounds.x,
+        right: bounds.x + bounds.width,
+        bottom: bounds.y,
+        top: bounds.y + bounds.height,
+    };
     for [x, y, _] in poses {
-        (left, right) = (left.min(x - body), right.max(x + body));
-        (bottom, top) = (bottom.min(y - body), top.max(y + body));
+        (view.left, view.right) = (view.left.min(x - body), view.right.max(x + body));
+        (view.bottom, view.top) = (view.bottom.min(y - body), view.top.max(y + body));
     }
-    json!({ "left": left, "right": right, "bottom": bottom, "top": top })
+    view
 }
 
 /// The name of a detail for readers: a Khepera's sensors have numbers in the kernel.
@@ -341,19 +414,39 @@ fn khepera_sensor(detail: &Detail) -> Option<usize> {
     number.filter(|sensor| *sensor < SENSOR_NAMES.len())
 }
 
-/// Where a parametric robot's sensor is drawn, and how far it looks; turns and mm. `None`: it isn't drawn.
-fn drawn(sensor: &Sensor, body_radius: f32, reading: usize) -> Option<Value> {
-    let bearing = sensor.bearing.unwrap_or(sensor.heading);
-    let offset = sensor.offset.unwrap_or(body_radius);
-    let mut drawn = json!({ "reading": reading, "bearing": bearing, "heading": sensor.heading, "offset": offset });
-    match sensor.kind.entry().mark {
+/// A sensor as it is drawn: the place on the body, in turns and mm from its centre, and what it looks at.
+#[derive(Serialize)]
+pub(super) struct DrawnSensor {
+    /// The number of its reading.
+    pub(super) reading: usize,
+    pub(super) bearing: f64,
+    pub(super) heading: f64,
+    pub(super) offset: f32,
+    /// Length of its ray, if it has one, in mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) range: Option<f32>,
+    /// Turns of a bumper.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) width: Option<f32>,
+}
+
+/// How a parametric robot's sensor is drawn. `None`: it isn't.
+fn drawn(sensor: &Sensor, body_radius: f32, reading: usize) -> Option<DrawnSensor> {
+    let (range, width) = match sensor.kind.entry().mark {
         Mark::None => return None,
-        Mark::Arc => drawn["width"] = json!(sensor.width.unwrap_or(BUMPER_WIDTH)),
-        Mark::Ray => drawn["range"] = json!(sensor.range),
-        Mark::Direction => drawn["range"] = json!(0.5 * body_radius),
-        Mark::Dot => {}
-    }
-    Some(drawn)
+        Mark::Arc => (None, Some(sensor.width.unwrap_or(BUMPER_WIDTH))),
+        Mark::Ray => (sensor.range, None),
+        Mark::Direction => (Some(0.5 * body_radius), None),
+        Mark::Dot => (None, None),
+    };
+    Some(DrawnSensor {
+        reading,
+        bearing: sensor.bearing.unwrap_or(sensor.heading).into(),
+        heading: sensor.heading.into(),
+        offset: sensor.offset.unwrap_or(body_radius),
+        range,
+        width,
+    })
 }
 
 /// A word of a trace as a number.

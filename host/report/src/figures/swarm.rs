@@ -457,8 +457,10 @@ mod tests {
         let life = Life::of(10, 20, 10);
         let page = foragers_page(&life.replay());
         assert_eq!(page, foragers_page(&Life::of(10, 20, 10).replay()));
+        // Drawings name their own parts.
+        let outside = page.replace("url(#", "");
         for reference in ["http", "//cdn", " src=", "@import", "url(", "fetch(", "import("] {
-            assert!(!page.contains(reference), "{reference}");
+            assert!(!outside.contains(reference), "{reference}");
         }
         assert!(!page.contains("{{"), "all is filled");
     }

@@ -7,11 +7,12 @@ use oneiro_base::console::decimal;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
+use oneiro_report::figures;
 use serde_json::json;
 
 use super::individuals::Individuals;
 use super::job::keys;
-use super::{Recorded, Replay, Single, together};
+use super::{Recorded, Replay, Single, taken, together};
 use crate::engine::handle::Engine;
 use crate::lives::Keys;
 
@@ -65,8 +66,9 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     let path = replay.out.join(LEARNING);
     let title = format!("{}, seed {}: how it learned", experiment.name(), run.seed);
-    let html = together::page_of_generations(&worlds[0], &bests, &episodes.traces, every, &title);
-    disk::write(&path, html.as_bytes())?;
+    let shown = together::of_generations(&worlds[0], &bests, &episodes.traces, every, &title);
+    disk::write(&path, figures::episode_page(&shown).as_bytes())?;
+    let taken = taken::write(replay, &shown)?.map(|file| file.map(|file| file.display().to_string()));
     let rows = bests.iter().zip(&episodes.fitness).map(|(best, fitness)| {
         json!({
             "generation": best.generation,
@@ -81,10 +83,15 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
         let own = best.fitness;
         format!("generation {generation}, individual {individual}: fitness {fitness} here, {own} in its generation")
     });
-    let text = lines.chain([path.display().to_string()]).collect::<Vec<_>>().join("\n");
+    let [picture, film] = &taken;
+    let files = [path.display().to_string()]
+        .into_iter()
+        .chain(taken.iter().flatten().cloned());
+    let text = lines.chain(files).collect::<Vec<_>>().join("\n");
     let score = settings.trial_score.word();
     let value = json!({
-        "generations": rows, "seed": replay.seed, "trial": replay.trial, "score": score, "page": path, "device": engine.name(),
+        "generations": rows, "seed": replay.seed, "trial": replay.trial, "score": score, "page": path, "picture": picture, "film": film,
+        "device": engine.name(),
     });
     Ok(Answer::new(text, value))
 }

@@ -27,6 +27,7 @@ mod replay;
 mod report;
 mod rows;
 mod scene;
+mod taken;
 mod together;
 pub mod trace;
 mod transferred;

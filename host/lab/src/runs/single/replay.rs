@@ -1,6 +1,6 @@
 //! `oneiro replay`: replays a champion's episode, or simulates another one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::differential::{Build, Differential};
@@ -13,14 +13,14 @@ use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
 use oneiro_evolve::Champion;
-use oneiro_report::figures;
+use oneiro_report::figures::{self, EpisodeReplay};
 use oneiro_report::numbers::significant;
 use serde_json::json;
 
 use super::individuals::Individuals;
 use super::job::{keys, score};
 use super::trace::TraceTable;
-use super::{Experiment, REPLAY, Recorded, Replay, Single, together};
+use super::{Experiment, REPLAY, Recorded, Replay, Single, taken, together};
 use crate::engine::handle::Engine;
 use crate::genomes;
 use crate::lives::Keys;
@@ -37,6 +37,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
              simulator. Its episodes are in {directory}/{LIVES}; `oneiro evaluate --genomes {directory}` simulates it"
         )));
     }
+    taken::check(replay)?;
     if replay.elites {
         return super::elites::page(single, run, replay, engine);
     }
@@ -128,22 +129,32 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     disk::write(&path, picture.as_bytes())?;
     disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
     let mut files = vec![path, table];
-    let mut warnings = Vec::new();
+    let page = |episode: &EpisodeReplay<'_>| {
+        let page = directory.join(format!("{stem}.html"));
+        disk::write(&page, figures::episode_page(episode).as_bytes()).map(|()| page)
+    };
+    let (mut taken, mut warnings) = ([None, None], Vec::new());
     if trace.is_empty() {
         warnings.push("there is no page that plays the episode: it ends before its first cycle".to_owned());
     } else if world.robots() == 1 {
-        let page = directory.join(format!("{stem}.html"));
-        let html = together::page_of_one(&world, shown.genes, &trace, every, &title);
-        disk::write(&page, html.as_bytes())?;
-        files.push(page);
+        let episode = together::of_one(&world, shown.genes, &trace, every, &title);
+        files.push(page(&episode)?);
+        taken = taken::write(replay, &episode)?;
     } else {
         let (watched, warning) = together::watch(&world, &shown, replay.every, life, engine)?;
         if let Some(watched) = watched {
-            files.extend(watched.write(directory, &stem, &title)?);
+            let episode = watched.episode(&title);
+            files.push(page(&episode)?);
+            let table = directory.join(format!("{stem}-robots.csv"));
+            disk::write(&table, watched.table().as_bytes())?;
+            files.push(table);
+            taken = taken::write(replay, &episode)?;
         }
         warnings.extend(warning);
     }
-    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    let text = |file: &PathBuf| file.display().to_string();
+    let files: Vec<String> = files.iter().map(text).collect();
+    let [picture, film] = taken.each_ref().map(|file| file.as_ref().map(text));
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     let value = json!({
         "genome": replay.genome,
@@ -160,6 +171,8 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         "trace": files[1],
         "page": files.get(2),
         "robots": files.get(3),
+        "picture": picture,
+        "film": film,
         "device": engine.name(),
     });
     let compared = if is_new {
@@ -181,7 +194,12 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     };
     let text = format!(
         "{who}: fitness {own}{all} (bits {bits:08x}), {compared}{one}\n{}",
-        files.join("\n")
+        files
+            .into_iter()
+            .chain(picture)
+            .chain(film)
+            .collect::<Vec<_>>()
+            .join("\n")
     );
     Ok(Answer {
         text,

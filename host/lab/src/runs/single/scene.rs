@@ -135,7 +135,7 @@ fn scene(
     let page = if world.robots() == 1 {
         let batch = Batch::new(worlds, &[own], Some(TraceRequest { every: 1 }))?;
         let trace = engine.evaluate(&batch)?.traces.into_iter().next().unwrap_or_default();
-        (!trace.is_empty()).then(|| together::page_of_one(&world, genome, &trace, 1, &title))
+        (!trace.is_empty()).then(|| figures::episode_page(&together::of_one(&world, genome, &trace, 1, &title)))
     } else {
         together::page_of_swarm(&world, &own, engine, &title)?
     };

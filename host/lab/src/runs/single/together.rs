@@ -1,16 +1,14 @@
 //! The page of `oneiro replay` that plays an episode; for swarms also a table with a row for each robot.
 
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use oneiro::automode::{Behaviour, Form};
+use oneiro::automode::Form;
 use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
 use oneiro::world::World;
 use oneiro_base::contents::Column;
-use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::Champion;
 use oneiro_report::csv::Csv;
@@ -54,8 +52,7 @@ pub(super) struct Watched {
     robots: Vec<Lived>,
     /// Cycles between the page's records.
     every: u32,
-    /// What each robot does in each state of its machine; empty without machines.
-    states: Vec<Vec<String>>,
+    genome: Vec<f32>,
 }
 
 /// What a robot did.
@@ -75,43 +72,44 @@ struct Lived {
     at: Option<[f32; 2]>,
 }
 
-/// What each robot does in each state of its machine; empty without machines.
-fn states(world: &World, genes: &[f32]) -> Vec<Vec<String>> {
-    let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
-    let states = |form: Form, robot| -> Vec<String> {
-        let own = form.behaviours(&genes[world.genes_of(robot)]);
-        own.into_iter().enumerate().map(named).collect()
-    };
-    Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
-        (0..world.robots()).map(|robot| states(form, robot)).collect()
-    })
+/// The genes of each robot's controller.
+fn genes_of_robots<'a>(world: &World, genome: &'a [f32]) -> Vec<&'a [f32]> {
+    (0..world.robots())
+        .map(|robot| &genome[world.genes_of(robot)])
+        .collect()
 }
 
-/// The page of a single robot's episode, whose trace has a record each `every` cycles.
-pub(super) fn page_of_one(world: &World, genes: &[f32], trace: &Trace, every: u32, title: &str) -> String {
+/// A single robot's episode, whose trace has a record each `every` cycles.
+pub(super) fn of_one<'a>(
+    world: &'a World,
+    genes: &'a [f32],
+    trace: &Trace,
+    every: u32,
+    title: &'a str,
+) -> EpisodeReplay<'a> {
     let most = (PAGE / figures::bytes_of_record(world)).max(1);
     let thinned = trace.len().div_ceil(most).max(1);
-    figures::episode_page(&EpisodeReplay {
+    EpisodeReplay {
         title,
         world,
         cycles: (trace.len() as u32 * every).min(world.cycles()),
-        robots: &[trace.thinned(0, thinned)],
-        generations: &[],
+        robots: vec![trace.thinned(0, thinned)],
+        generations: Vec::new(),
         every: every * thinned as u32,
-        earned: &[],
-        states: &states(world, genes),
-    })
+        earned: Vec::new(),
+        genes: genes_of_robots(world, genes),
+    }
 }
 
-/// The page of episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles. One that
-/// ends earlier stays where it ended.
-pub(super) fn page_of_generations(
-    world: &World,
-    bests: &[Champion],
+/// Episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles. One that ends earlier
+/// stays where it ended.
+pub(super) fn of_generations<'a>(
+    world: &'a World,
+    bests: &'a [Champion],
     traces: &[Trace],
     every: u32,
-    title: &str,
-) -> String {
+    title: &'a str,
+) -> EpisodeReplay<'a> {
     let longest = traces.iter().map(|trace| trace.len()).max().unwrap_or(0);
     let most = (PAGE / figures::bytes_of_record(world) / traces.len()).max(1);
     let thinned = longest.div_ceil(most).max(1);
@@ -124,21 +122,20 @@ pub(super) fn page_of_generations(
         levelled.thinned(0, thinned)
     });
     let levelled: Vec<Trace> = levelled.collect();
-    let earned: Vec<Vec<f32>> = levelled
-        .iter()
-        .map(|trace| trace.iter().map(|record| record.fitness).collect())
-        .collect();
-    let states = bests.iter().flat_map(|best| states(world, &best.genome));
-    figures::episode_page(&EpisodeReplay {
+    let earned = |trace: &Trace| trace.iter().map(|record| record.fitness).collect();
+    EpisodeReplay {
         title,
         world,
         cycles: (longest as u32 * every).min(world.cycles()),
-        robots: &levelled,
-        generations: &bests.iter().map(|best| best.generation).collect::<Vec<_>>(),
+        earned: levelled.iter().map(earned).collect(),
+        robots: levelled,
+        generations: bests.iter().map(|best| best.generation).collect(),
         every: every * thinned as u32,
-        earned: &earned,
-        states: &states.collect::<Vec<_>>(),
-    })
+        genes: bests
+            .iter()
+            .flat_map(|best| genes_of_robots(world, &best.genome))
+            .collect(),
+    }
 }
 
 /// Re-simulates and observes an episode of a swarm. None with a warning if the world can't be observed.
@@ -177,22 +174,22 @@ pub(super) fn page_of_swarm(world: &World, life: &Rollout<'_>, engine: &Engine, 
     };
     let mut watched = Watched::new(observed, life, 1);
     watched.live(life, engine)?;
-    Ok((watched.robots[0].cycles > 0).then(|| watched.html(title)))
+    Ok((watched.robots[0].cycles > 0).then(|| figures::episode_page(&watched.episode(title))))
 }
 
 impl Watched {
     fn new(world: World, life: &Rollout<'_>, every: u32) -> Self {
         let robots = world.robots() as usize;
         let most = PAGE / (robots * figures::bytes_of_record(&world));
-        let states = states(&world, life.genes);
-        let own = |robot| Lived {
-            states: vec![0; states.get(robot).map_or(0, Vec::len)],
+        let form = Form::of(world.gene_layout());
+        let own = |genes: &[f32]| Lived {
+            states: vec![0; form.map_or(0, |form| form.behaviours(genes).len())],
             ..Lived::default()
         };
         Self {
             every: every.max(world.cycles().div_ceil(most.max(1) as u32)),
-            robots: (0..robots).map(own).collect(),
-            states,
+            robots: genes_of_robots(&world, life.genes).into_iter().map(own).collect(),
+            genome: life.genes.to_vec(),
             world,
         }
     }
@@ -221,41 +218,24 @@ impl Watched {
         Ok(fitness)
     }
 
-    /// Writes the page and the table next to the episode's files; returns their paths.
-    pub(super) fn write(&self, directory: &Path, stem: &str, title: &str) -> Result<[PathBuf; 2]> {
-        let (page, table) = (
-            directory.join(format!("{stem}.html")),
-            directory.join(format!("{stem}-robots.csv")),
-        );
-        disk::write(&page, self.html(title).as_bytes())?;
-        disk::write(&table, self.table().as_bytes())?;
-        Ok([page, table])
-    }
-
-    /// The page.
-    fn html(&self, title: &str) -> String {
-        let traces: Vec<Trace> = self.robots.iter().map(|own| own.trace.clone()).collect();
+    /// What is shown of it.
+    pub(super) fn episode<'a>(&'a self, title: &'a str) -> EpisodeReplay<'a> {
         let scores = self.world.details().iter().any(|own| own.kind == DetailKind::Earned);
-        let earned: Vec<Vec<f32>> = self
-            .robots
-            .iter()
-            .filter(|_| scores)
-            .map(|own| own.earned.clone())
-            .collect();
-        figures::episode_page(&EpisodeReplay {
+        let earned = self.robots.iter().filter(|_| scores).map(|own| own.earned.clone());
+        EpisodeReplay {
             title,
             world: &self.world,
             cycles: self.robots[0].cycles,
-            robots: &traces,
-            generations: &[],
+            robots: self.robots.iter().map(|own| own.trace.clone()).collect(),
+            generations: Vec::new(),
             every: self.every,
-            earned: &earned,
-            states: &self.states,
-        })
+            earned: earned.collect(),
+            genes: genes_of_robots(&self.world, &self.genome),
+        }
     }
 
     /// A row for each robot.
-    fn table(&self) -> String {
+    pub(super) fn table(&self) -> String {
         let has = |kind| self.world.details().iter().any(|own| own.kind == kind);
         let (scores, hears) = (has(DetailKind::Earned), has(DetailKind::Heard));
         let only = |is_known: bool, value: String| if is_known { value } else { String::new() };

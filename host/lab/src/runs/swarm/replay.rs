@@ -34,6 +34,8 @@ pub(super) fn run(
         ("--generations", !replay.generations.is_empty()),
         ("--trial", replay.trial != 0),
         ("--every", replay.every != 1),
+        ("--picture", replay.picture.is_some()),
+        ("--film", replay.film.is_some()),
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
         return Err(Failure::usage(format_args!(

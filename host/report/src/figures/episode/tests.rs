@@ -13,18 +13,18 @@ use super::super::browser;
 use super::*;
 use crate::bundle::typed_keys;
 
-const CYCLES: u32 = 60;
+pub(super) const CYCLES: u32 = 60;
 
 /// An episode, and a page's other data for it.
-struct Life {
-    world: World,
-    robots: Vec<Trace>,
+pub(super) struct Life {
+    pub(super) world: World,
+    pub(super) robots: Vec<Trace>,
     earned: Vec<Vec<f32>>,
-    states: Vec<Vec<String>>,
+    genome: Vec<f32>,
 }
 
 impl Life {
-    fn of(spec: WorldSpec, genes: &[f32], states: &[&str]) -> Self {
+    pub(super) fn of(spec: WorldSpec, genes: &[f32]) -> Self {
         let world = World::new(spec).unwrap();
         let world = match world.robots() {
             1 => world,
@@ -42,7 +42,7 @@ impl Life {
         let earned = |robot: usize| (0..robots[0].len()).map(|line| (line * (robot + 1)) as f32).collect();
         Self {
             earned: (0..robots.len()).map(earned).collect(),
-            states: vec![states.iter().map(|&state| state.to_owned()).collect(); robots.len()],
+            genome: genes.to_vec(),
             world,
             robots,
         }
@@ -63,31 +63,28 @@ impl Life {
                 },
             ],
         };
-        Self::of(
-            epucks(Model::Vectors, 12),
-            &machine.genome(),
-            &["0 exploration", "1 stop"],
-        )
+        Self::of(epucks(Model::Vectors, 12), &machine.genome())
     }
 
-    fn replay(&self) -> EpisodeReplay<'_> {
+    pub(super) fn replay(&self) -> EpisodeReplay<'_> {
+        let robots = 0..self.world.robots();
         EpisodeReplay {
             title: "a <life>",
             world: &self.world,
             cycles: self.world.cycles(),
-            robots: &self.robots,
-            generations: &[],
+            robots: self.robots.clone(),
+            generations: Vec::new(),
             every: 1,
-            earned: &self.earned,
-            states: &self.states,
+            earned: self.earned.clone(),
+            genes: robots.map(|robot| &self.genome[self.world.genes_of(robot)]).collect(),
         }
     }
 
-    fn page(&self) -> String {
+    pub(super) fn page(&self) -> String {
         episode_page(&self.replay())
     }
 
-    fn word(&self, robot: usize, line: usize, kind: DetailKind, name: &str) -> u32 {
+    pub(super) fn word(&self, robot: usize, line: usize, kind: DetailKind, name: &str) -> u32 {
         let mut details = self.world.details().iter();
         let place = details
             .position(|detail| detail.kind == kind && detail.name == name)
@@ -97,7 +94,7 @@ impl Life {
 }
 
 /// E-pucks by a reference model in an arena that has everything.
-fn epucks(model: Model, count: u32) -> WorldSpec {
+pub(super) fn epucks(model: Model, count: u32) -> WorldSpec {
     let mut arena = Arena::polygon(
         &[
             [-700.0, -600.0],
@@ -261,7 +258,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         };
         assert_eq!(
             shown["robot"],
-            format!("Robot {robot}: {}; hears {others}", life.states[robot][state])
+            format!("Robot {robot}: {}; hears {others}", ["0 exploration", "1 stop"][state])
         );
         assert_eq!(shown["hears"][robot], heard.count_ones().to_string());
         assert_eq!(shown["scores"][robot], (line * (robot + 1)).to_string());
@@ -302,7 +299,7 @@ fn robots_without_messages_and_machines_have_a_page() {
     spec.controller = Controller::Perceptron;
     spec.arena = Arena::rectangle(500.0, 400.0);
     let genes = vec![0.5; World::new(spec.clone()).unwrap().genes()];
-    let life = Life::of(spec, &genes, &[]);
+    let life = Life::of(spec, &genes);
     let ask = "\
         const at = (id) => document.getElementById(id);\n\
         window.oneiro.drawn(1);\n\
@@ -318,13 +315,52 @@ fn robots_without_messages_and_machines_have_a_page() {
     );
 }
 
+/// The saved drawing shows what the canvas shows.
+#[test]
+fn a_moment_is_saved_as_a_drawing() {
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        let saved = null;\n\
+        URL.createObjectURL = (blob) => { saved = blob; return '#'; };\n\
+        at('sensors').checked = true;\n\
+        await new Promise((then) => setTimeout(then, 200));\n\
+        window.oneiro.drawn(3);\n\
+        at('save-drawing').click();\n\
+        const text = await saved.text();\n\
+        const parsed = new DOMParser().parseFromString(text, 'image/svg+xml');\n\
+        const image = new Image();\n\
+        await new Promise((then, no) => { image.onload = then; image.onerror = no;\n\
+            image.src = 'data:image/svg+xml,' + encodeURIComponent(text); });\n\
+        const arena = at('arena');\n\
+        const sizes = [image.width, image.height, arena.width, arena.height];\n\
+        const pixels = (source) => { const own = document.createElement('canvas'); own.width = arena.width; own.height = arena.height;\n\
+            const pen = own.getContext('2d'); pen.drawImage(source, 0, 0, own.width, own.height);\n\
+            return pen.getImageData(0, 0, own.width, own.height).data; };\n\
+        const [drawing, canvas] = [image, arena].map(pixels);\n\
+        let other = 0;\n\
+        for (let i = 0; i < canvas.length; i += 4) {\n\
+            other += [0, 1, 2].some((part) => Math.abs(canvas[i + part] - drawing[i + part]) > 40) ? 1 : 0;\n\
+        }\n\
+        return { broken: parsed.querySelector('parsererror') !== null, title: parsed.querySelector('title').textContent,\n\
+            circles: (text.match(/A[\\d.]+ /g) || []).length, other: other / (canvas.length / 4), sizes };";
+    let Some(told) = browser::told("episode-drawing", &Life::machines().page(), ask) else {
+        return;
+    };
+    assert_eq!(told["broken"], false);
+    assert_eq!(told["title"], "a <life>");
+    // Twelve robots at least.
+    assert!(told["circles"].as_u64().unwrap() >= 24, "{told}");
+    // Edges of text differ.
+    assert!(told["other"].as_f64().unwrap() < 0.005, "{told}");
+}
+
 #[test]
 fn a_single_robot_has_a_page_with_its_sensors() {
     let spec = WorldSpec {
         cycles: CYCLES,
         ..WorldSpec::miglino1995()
     };
-    let life = Life::of(spec, &[0.5; 18], &[]);
+    let life = Life::of(spec, &[0.5; 18]);
     let ask = "\
         const at = (id) => document.getElementById(id);\n\
         const soon = () => new Promise((then) => setTimeout(then, 100));\n\
@@ -369,15 +405,17 @@ fn bests_of_generations_are_on_one_page() {
         cycles: CYCLES,
         ..WorldSpec::miglino1995()
     };
-    let lives = [0.5, -0.25].map(|gene| Life::of(spec.clone(), &[gene; 18], &[]));
+    let lives = [0.5, -0.25].map(|gene| Life::of(spec.clone(), &[gene; 18]));
     let robots = lives.each_ref().map(|life| life.robots[0].clone());
     let earned = robots
         .each_ref()
         .map(|trace| trace.iter().map(|record| record.fitness).collect::<Vec<_>>());
+    let genes = lives.each_ref().map(|life| &*life.genome);
     let page = episode_page(&EpisodeReplay {
-        robots: &robots,
-        generations: &[0, 30],
-        earned: &earned,
+        robots: robots.to_vec(),
+        generations: vec![0, 30],
+        earned: earned.to_vec(),
+        genes: genes.to_vec(),
         ..lives[0].replay()
     });
     let ask = "\
@@ -410,7 +448,8 @@ fn the_script_has_types_of_all_facts() {
         cycles: CYCLES,
         ..WorldSpec::miglino1995()
     };
-    let keys: Vec<_> = Life::of(spec, &[0.5; 18], &[]).replay().facts().into_keys().collect();
+    let life = Life::of(spec, &[0.5; 18]);
+    let keys: Vec<_> = life.replay().facts().into_keys().collect();
     assert_eq!(keys, typed_keys(&["PoseFacts", "RobotFacts", "EpisodeOnly"]));
 }
 
@@ -435,8 +474,7 @@ fn robots_with_machines_of_their_own_show_the_states_of_all() {
         ],
     };
     let genes = [alternates.genome(), stops.genome()].concat();
-    let mut life = Life::of(spec, &genes, &["0 stop"]);
-    life.states[1] = vec!["0 phototaxis".to_owned(), "1 stop".to_owned()];
+    let life = Life::of(spec, &genes);
     let replay = life.replay();
     let acts = replay.facts().remove("acts").unwrap();
     let names: Vec<&str> = acts
@@ -456,7 +494,7 @@ fn robots_with_machines_of_their_own_show_the_states_of_all() {
 fn a_page_needs_nothing_else_and_twenty_robots_for_two_minutes_fit_in_five_megabytes() {
     let spec = epucks(Model::Rm11, 20);
     let genes = vec![0.5; World::new(spec.clone()).unwrap().genes()];
-    let mut life = Life::of(spec, &genes, &[]);
+    let mut life = Life::of(spec, &genes);
     for trace in &mut life.robots {
         let short = trace.clone();
         (1..20).for_each(|_| trace.append(&short));
@@ -471,7 +509,9 @@ fn a_page_needs_nothing_else_and_twenty_robots_for_two_minutes_fit_in_five_megab
         page.len()
     );
     assert!(page.len() < 5_000_000, "{}", page.len());
+    // Drawings name their own parts.
+    let outside = page.replace("url(#", "");
     for reference in ["http", "//cdn", " src=", "@import", "url(", "fetch(", "import(", "{{"] {
-        assert!(!page.contains(reference), "{reference}");
+        assert!(!outside.contains(reference), "{reference}");
     }
 }

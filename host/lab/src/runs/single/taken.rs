@@ -1,0 +1,98 @@
+//! A picture and a film of a replayed episode, where they are asked for.
+
+use std::path::{Path, PathBuf};
+
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_report::figures::{EpisodeReplay, Frames};
+
+use super::Replay;
+
+/// The longer side of the arena in a picture and in a film, in pixels.
+const PICTURE: f64 = 880.0;
+const FILM: f64 = 480.0;
+/// Seconds that a film lasts by default, if the episode isn't shorter, and frames of a second.
+#[cfg(feature = "film")]
+const LASTING: f64 = 20.0;
+#[cfg(feature = "film")]
+const RATE: f64 = 25.0;
+/// Frames of a film: a frame is about 5 kB.
+#[cfg(feature = "film")]
+const FRAMES: f64 = 3000.0;
+
+/// Refuses files that can't be made.
+pub(super) fn check(replay: &Replay<'_>) -> Result {
+    let is = |file: &Path, ending: &str| file.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+    for (option, file, endings) in [
+        ("--picture", replay.picture, &["svg", "png"][..]),
+        ("--film", replay.film, &["gif"]),
+    ] {
+        let Some(file) = file else { continue };
+        let shown = file.display();
+        if !endings.iter().any(|ending| is(file, ending)) {
+            let allowed = endings
+                .iter()
+                .map(|ending| format!("FILE.{ending}"))
+                .collect::<Vec<_>>();
+            let allowed = allowed.join(" or ");
+            return Err(Failure::input(format_args!(
+                "{option} {shown}: its ending says no kind of file; allowed: {allowed}"
+            )));
+        }
+        if cfg!(not(feature = "film")) && !is(file, "svg") {
+            return Err(Failure::input(format_args!(
+                "{option} {shown}: this build draws no pixels; allowed: --picture FILE.svg, or a build with the feature `film`"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Writes the files; returns their paths, the picture's and the film's.
+pub(super) fn write(replay: &Replay<'_>, episode: &EpisodeReplay<'_>) -> Result<[Option<PathBuf>; 2]> {
+    let written = |file: &Path, content: &[u8]| disk::write(file, content).map(|()| file.to_owned());
+    let picture = replay.picture.map(|file| {
+        let frames = Frames::new(episode, PICTURE);
+        let svg = frames.at(replay.at.unwrap_or(f64::INFINITY));
+        match file.extension() {
+            Some(ending) if ending.eq_ignore_ascii_case("svg") => written(file, svg.as_bytes()),
+            _ => written(file, &png(&svg)),
+        }
+    });
+    let film = replay
+        .film
+        .map(|file| written(file, &film(&Frames::new(episode, FILM), replay)?));
+    Ok([picture.transpose()?, film.transpose()?])
+}
+
+#[cfg(feature = "film")]
+use oneiro_report::raster::png;
+
+/// The film, at the wanted speed.
+#[cfg(feature = "film")]
+fn film(frames: &Frames<'_>, replay: &Replay<'_>) -> Result<Vec<u8>> {
+    let speed = replay.speed.unwrap_or((frames.seconds() / LASTING).max(1.0));
+    // GIF counts hundredths of a second. No two frames are of one record.
+    let hundredths = (100.0 * (frames.step() / speed).max(1.0 / RATE)).round();
+    let step = speed * 0.01 * hundredths;
+    let count = (frames.seconds() / step).ceil() + 1.0;
+    if count > FRAMES {
+        return Err(Failure::input(format_args!(
+            "--speed {speed}: the film has {count} frames; allowed: {FRAMES}, such as --speed {}",
+            (speed * count / FRAMES).ceil()
+        )));
+    }
+    Ok(oneiro_report::raster::gif(count as usize, hundredths as u16, |frame| {
+        frames.at(frame as f64 * step)
+    }))
+}
+
+#[cfg(not(feature = "film"))]
+fn png(_: &str) -> Vec<u8> {
+    unreachable!("it was refused")
+}
+
+#[cfg(not(feature = "film"))]
+fn film(_: &Frames<'_>, _: &Replay<'_>) -> Result<Vec<u8>> {
+    unreachable!("it was refused")
+}
