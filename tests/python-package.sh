@@ -73,10 +73,13 @@ awk '/^```text$/ { on = 1; next } /^```$/ { on = 0 } on' $tutorial | diff - "$sc
 say "its tests"
 packages=(
     pytest pandas scipy tqdm cloudpickle matplotlib jupytext 'dask[distributed]' 'gymnasium>=1.1' 'pettingzoo>=1.25' cma 'ribs[visualize]'
+    # `mlflow-skinny` is `mlflow` without a server.
+    'tensorboard>=2.15' 'wandb>=0.20' 'mlflow-skinny>=2.14' nbclient ipykernel
 )
 # It brings torch; and Ray is large too.
 [ -z "$learning" ] || packages+=('stable-baselines3>=2.6' ray)
-"$python" -m pip "${install[@]}" "${packages[@]}" || no_python "${packages[*]} can't be had"
+# Most of their modules are never imported.
+"$python" -m pip "${install[@]}" --no-compile "${packages[@]}" || no_python "${packages[*]} can't be had"
 ONEIRO_PROGRAM=$program "$python" -m pytest -q -p no:cacheprovider --durations 5 python/tests
 
 say "lints, and type stubs"

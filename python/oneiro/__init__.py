@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 # Mesa's device-select layer prints to standard error where there is no desktop, and its order is not needed.
 _os.environ.setdefault("NODEVICE_SELECT", "1")
 
+from ._callbacks import Callback, log_loop, log_runs
 from ._errors import (
     BrokenError,
     CorruptError,
@@ -30,12 +31,14 @@ from ._machine import devices, selftest
 from ._native import __version__
 from ._recorder import Recorder
 from ._runs import Run, Sweep, load_run, merge, resume, run, sweep, sweep_shard
+from ._watch import Watch, watch
 
 if TYPE_CHECKING:
-    from . import gym, pettingzoo, sb3
+    from . import gym, mlflow, pettingzoo, sb3, tensorboard, wandb
 
 __all__ = [
     "BrokenError",
+    "Callback",
     "CorruptError",
     "DeviceError",
     "Error",
@@ -50,12 +53,16 @@ __all__ = [
     "StorageError",
     "StoppedError",
     "Sweep",
+    "Watch",
     "__version__",
     "devices",
     "evaluate",
     "gym",
     "load_run",
+    "log_loop",
+    "log_runs",
     "merge",
+    "mlflow",
     "pettingzoo",
     "resume",
     "run",
@@ -63,13 +70,19 @@ __all__ = [
     "selftest",
     "sweep",
     "sweep_shard",
+    "tensorboard",
+    "wandb",
+    "watch",
 ]
 
 # Modules that need packages of others are imported when they are first used.
 _NEEDS = {
     "gym": "pip install 'gymnasium>=1.1'",
+    "mlflow": "pip install 'mlflow>=2.14'",
     "pettingzoo": "pip install 'gymnasium>=1.1' 'pettingzoo>=1.25'",
     "sb3": "pip install 'gymnasium>=1.1' 'stable-baselines3>=2.6'",
+    "tensorboard": "pip install 'tensorboard>=2.15'",
+    "wandb": "pip install 'wandb>=0.20'",
 }
 
 

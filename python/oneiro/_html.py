@@ -23,12 +23,16 @@ def facts(title: str, values: Mapping[str, object]) -> str:
 def framed(page: Path) -> str:
     """A page in a frame, apart from the notebook; empty if there is none."""
     try:
-        text = page.read_text(encoding="utf-8")
+        return frame(page.name, page.read_text(encoding="utf-8"))
     except OSError:
         return ""
+
+
+def frame(title: str, page: str) -> str:
+    """A page's text in a frame."""
     return (
-        f"<iframe title='{html.escape(page.name)}' sandbox='allow-scripts allow-downloads' "
-        f"style='width:100%;height:640px;border:1px solid #8888;border-radius:8px' srcdoc=\"{html.escape(text)}\"></iframe>"
+        f"<iframe title='{html.escape(title)}' sandbox='allow-scripts allow-downloads' "
+        f"style='width:100%;height:640px;border:1px solid #8888;border-radius:8px' srcdoc=\"{html.escape(page)}\"></iframe>"
     )
 
 

@@ -10,18 +10,20 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def bar(label: str) -> Iterator[Callable[[int, int], None] | None]:
-    """Yields a function that takes the robot-steps done and in all; None without tqdm or a terminal.
+def bar(label: str, update: Callable[[], None] | None = None) -> Iterator[Callable[[int, int], None] | None]:
+    """Yields a function that takes the robot-steps done and in all, and also calls `update`; None if it has nothing to do.
 
     tqdm is only imported once there is something to show, after about 50 ms of work.
     """
     if not sys.stderr.isatty() and "ipykernel" not in sys.modules:
-        yield None
+        yield None if update is None else lambda *_: update()
         return
     shown: Any = None
 
     def show(done: int, total: int) -> None:
         nonlocal shown
+        if update is not None:
+            update()
         if shown is None:
             try:
                 make = importlib.import_module("tqdm.auto").tqdm

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _native
+from ._callbacks import Callback, logged
 from ._errors import InputError
 from ._experiment import whole
 from ._html import facts, framed
@@ -148,18 +149,27 @@ class Sweep(NamedTuple):
         return facts(self.path.name, values) + framed(self.path / "report.html")
 
 
-def run(exp: Experiment, *, seed: int, out: str | os.PathLike[str], backend: str = "auto") -> Run:
+def run(
+    exp: Experiment,
+    *,
+    seed: int,
+    out: str | os.PathLike[str],
+    backend: str = "auto",
+    callbacks: Sequence[Callback] = (),
+) -> Run:
     """Runs an experiment into a directory. A finished run there stays unchanged.
 
-    After Ctrl-C, `resume` continues it.
+    `callbacks` are told of each generation. After Ctrl-C, `resume` continues it, also if a callback has raised an exception.
     """
-    with bar(exp.name) as progress:
-        return Run(_native.run(exp, whole("seed", seed), os.fspath(out), backend, progress))
+    seed = whole("seed", seed)
+    with logged(exp, seed, out, callbacks) as update, bar(exp.name, update) as progress:
+        return Run(_native.run(exp, seed, os.fspath(out), backend, progress))
 
 
-def resume(dir: str | os.PathLike[str], *, backend: str = "auto") -> Run:
-    """Continues a stopped or killed run."""
-    with bar("resuming") as progress:
+def resume(dir: str | os.PathLike[str], *, backend: str = "auto", callbacks: Sequence[Callback] = ()) -> Run:
+    """Continues a stopped or killed run. `callbacks` are told of all its generations."""
+    found = load_run(dir)
+    with logged(found.experiment, found.seed, dir, callbacks) as update, bar("resuming", update) as progress:
         return Run(_native.resume(os.fspath(dir), backend, progress))
 
 

@@ -154,6 +154,13 @@ impl Experiment {
         Ok(columns.map(|(name, scalar)| (name, kind(scalar))).collect())
     }
 
+    #[getter]
+    fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?
+            .getattr("loads")?
+            .call1((ok(py, self.0.settings())?,))
+    }
+
     fn to_toml(&self) -> String {
         self.0.to_toml()
     }

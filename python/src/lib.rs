@@ -10,6 +10,7 @@ mod evolution;
 mod experiment;
 mod recorded;
 mod stepped;
+mod watched;
 
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
@@ -126,6 +127,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<recorded::Run>()?;
     module.add_class::<stepped::Stepped>()?;
     module.add_class::<stepped::Arena>()?;
+    module.add_class::<watched::View>()?;
     module.add_function(wrap_pyfunction!(devices, module)?)?;
     module.add_function(wrap_pyfunction!(selftest, module)?)?;
     module.add_function(wrap_pyfunction!(experiment::evaluate, module)?)?;

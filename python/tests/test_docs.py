@@ -17,6 +17,8 @@ SECTIONS = {
     "Evaluating genomes": [oneiro.Outcome],
     "Evolutions": [oneiro.Evolution],
     "Runs and sweeps": [oneiro.Run, oneiro.Sweep, Champion],
+    "Notebooks": [oneiro.Watch],
+    "Callbacks": [oneiro.Callback],
     "With others' optimisers": [oneiro.Recorder],
     "Exceptions": [oneiro.Error],
 }
@@ -134,6 +136,30 @@ def test_the_page_has_the_packages_signatures():
     assert problems == []
     # All functions, constructors and methods that take something.
     assert count >= 25, count
+
+
+BLOCKS = re.findall(r"^```python needs=(\S+)\n(.*?)^```$", TEXT, flags=re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.parametrize(("needs", "source"), BLOCKS)
+def test_blocks_that_need_packages_run(needs, source, tmp_path, monkeypatch, capsys):
+    # Some packages read the environment when they are imported.
+    values = {"MLFLOW_TRACKING_URI": tmp_path.as_uri(), "MLFLOW_ALLOW_FILE_STORE": "true"}
+    for key, value in {**values, "MLFLOW_DISABLE_TELEMETRY": "true", "WANDB_SILENT": "true"}.items():
+        monkeypatch.setenv(key, value)
+    for package in needs.split(","):
+        pytest.importorskip(package)
+    (tmp_path / "experiments").symlink_to(ROOT / "experiments")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(source, "docs/python.md", "exec"), {})
+    assert "enough at generation" in capsys.readouterr().out
+    # A run, the sweep's and the loop.
+    assert len(list(tmp_path.glob("tensorboard/*/events.*"))) == 14
+    assert len(list(tmp_path.glob("wandb/offline-run-*"))) == 2
+
+
+def test_there_is_such_a_block():
+    assert [needs for needs, _ in BLOCKS] == ["tensorboard,wandb,mlflow"]
 
 
 @pytest.mark.parametrize(

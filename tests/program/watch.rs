@@ -446,6 +446,30 @@ fn a_snapshot_is_one_file() {
 }
 
 #[test]
+fn a_snapshot_says_how_far_everything_is() {
+    let place = Place::new("snapshots");
+    let snapshot = |place: &Place| {
+        place.good(&["watch", "--snapshot", "now.html"]);
+        place.text("now.html")
+    };
+    let page = snapshot(&place);
+    assert!(page.contains("Runs appear here when they begin") && !page.contains("<table"));
+    place.write("small.toml", EXPERIMENT);
+    place.evolved("small.toml", "1", "runs/small-1", &[]);
+    assert!(snapshot(&place).contains("<td>done</td><td>30</td><td>30</td>"));
+    // As if its process had been killed at the end: it has a table, but nobody adds to it.
+    fs::remove_file(place.at("runs/small-1/DONE")).unwrap();
+    assert!(snapshot(&place).contains("<td>interrupted</td><td>30</td><td>30</td>"));
+    place.write(
+        "sweep.toml",
+        "name = \"few\"\nexperiment = \"small.toml\"\nseeds = \"1..2\"\n[grid]\nevolution.population = [20, 40]\n",
+    );
+    place.good(&["sweep", "run", "sweep.toml", "--out", "sweeps/few"]);
+    let page = snapshot(&place);
+    assert!(page.contains("<td>done</td><td>4</td><td>4</td>") && page.matches("2 of 2").count() == 2);
+}
+
+#[test]
 fn what_can_not_be_watched_is_refused() {
     let place = Place::new("refused");
     place.write("file", "");

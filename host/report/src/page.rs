@@ -329,7 +329,13 @@ pub mod check {
 
     /// The first tag that isn't closed or doesn't close anything, or that is shown as text, since it was escaped.
     pub fn unbalanced(html: &str) -> Option<String> {
-        const SHOWN: [&str; 5] = ["&lt;/b&gt;", "&lt;/i&gt;", "&lt;/code&gt;", "&lt;/a&gt;", "&lt;/span&gt;"];
+        const SHOWN: [&str; 5] = [
+            "&lt;/b&gt;",
+            "&lt;/i&gt;",
+            "&lt;/code&gt;",
+            "&lt;/a&gt;",
+            "&lt;/span&gt;",
+        ];
         let html = &without_scripts(html).0;
         if let Some(shown) = SHOWN.iter().find(|tag| html.contains(**tag)) {
             return Some((*shown).to_owned());

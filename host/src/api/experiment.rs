@@ -207,6 +207,24 @@ impl Experiment {
         }
     }
 
+    /// Its values as JSON by the keys that settings have, such as `{"evolution.population": 100}`.
+    ///
+    /// # Errors
+    /// Exit 1 if JSON can't express them.
+    pub fn settings(&self) -> Result<String> {
+        fn flatten(prefix: &str, table: toml::Table, flat: &mut toml::Table) {
+            for (key, value) in table {
+                match value {
+                    toml::Value::Table(inner) => flatten(&format!("{prefix}{key}."), inner, flat),
+                    value => drop(flat.insert(format!("{prefix}{key}"), value)),
+                }
+            }
+        }
+        let mut flat = toml::Table::new();
+        flatten("", self.to_toml().parse().map_err(Failure::failed)?, &mut flat);
+        Ok(serde_json::to_string(&flat).map_err(Failure::failed)?)
+    }
+
     /// Maximum number of cycles of an episode.
     ///
     /// # Errors

@@ -8,6 +8,7 @@
 //! | [`evaluate`] | fitness, measures and traces of genomes |
 //! | [`recorded`] | runs and sweeps in directories |
 //! | [`stepped`] | lives that are commanded cycle by cycle |
+//! | [`watch`] | what `oneiro watch` shows |
 //! | `wording` | messages in the words of calls |
 
 pub mod device;
@@ -15,6 +16,7 @@ pub mod evaluate;
 pub mod experiment;
 pub mod recorded;
 pub mod stepped;
+pub mod watch;
 mod wording;
 
 use std::fmt::{self, Display, Formatter};

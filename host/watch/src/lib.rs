@@ -13,6 +13,7 @@
 //! | `request` | what a browser may ask for, and who may ask |
 //! | `server` | connections |
 //! | `pages` | the page's parts |
+//! | `view` | the page without a server |
 
 // Only this workspace uses it.
 #![allow(
@@ -35,5 +36,7 @@ mod scenes;
 mod server;
 mod sources;
 mod sweeps;
+mod view;
 
-pub use server::{Server, snapshot};
+pub use server::Server;
+pub use view::{View, snapshot};

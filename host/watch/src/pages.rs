@@ -7,6 +7,7 @@ use oneiro_statistics::quantile;
 use serde_json::json;
 
 use crate::sources::{Run, Source, Sources};
+use crate::sweeps::Cells;
 
 pub(crate) const PAGE: &str = include_str!("watch.html");
 pub(crate) const STYLE: &str = include_str!("watch.css");
@@ -136,9 +137,8 @@ pub(crate) fn links(source: &Source) -> String {
     there.map(link).collect::<Vec<_>>().join(" ")
 }
 
-/// The page as a file: what is known of all, and the newest run with its episode.
-pub(crate) fn snapshot(sources: &Sources, shown: Option<&Run>, episode: Option<&str>) -> String {
-    let style = format!("<style>\n{STYLE}</style>");
+/// What is known of all: the cells of sweeps, and a list.
+pub(crate) fn tables(sources: &Sources) -> String {
     let summary = sources.summary();
     let row = |own: &serde_json::Value| {
         let text = |key: &str| match &own[key] {
@@ -151,24 +151,36 @@ pub(crate) fn snapshot(sources: &Sources, shown: Option<&Run>, episode: Option<&
         format!("<tr>{}</tr>\n", cells.concat())
     };
     let rows: String = summary["sources"].as_array().into_iter().flatten().map(row).collect();
+    if rows.is_empty() {
+        return "<p>Nothing yet. Runs appear here when they begin.</p>\n".to_owned();
+    }
+    let cells: String = sources.sweeps().map(Cells::table).collect();
     let heads =
         ["kind", "name", "seed", "state", "done", "of", "best", "directory"].map(|name| format!("<th>{name}</th>"));
-    let curve = shown.map_or_else(String::new, |run| {
-        format!("<figure id=\"curve\">{}</figure>\n", curve(sources, run, 1000))
-    });
-    let episode = episode.map_or_else(String::new, |page| {
+    format!(
+        "{cells}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"All that was found\">\
+         <table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n",
+        heads.concat()
+    )
+}
+
+/// The page as a file.
+pub(crate) fn snapshot(curve: &str, episode: Option<&(String, String)>, tables: &str) -> String {
+    let style = format!("<style>\n{STYLE}</style>");
+    let curve = match curve {
+        "" => String::new(),
+        svg => format!("<figure id=\"curve\">{svg}</figure>\n"),
+    };
+    let episode = episode.map_or_else(String::new, |(words, page)| {
         format!(
-            "<iframe title=\"The newest best's episode\" srcdoc=\"{}\"></iframe>\n",
+            "<figure><figcaption>{words}</figcaption>\n<iframe title=\"The newest best's episode\" srcdoc=\"{}\"></iframe></figure>\n",
             attribute(page)
         )
     });
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, \
          initial-scale=1\"/>\n<title>Oneiro: a snapshot</title>\n{style}\n</head>\n<body>\n<header><h1>Oneiro: a snapshot</h1></header>\n\
-         <main>\n{curve}{episode}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"All that was found\">\
-         <table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</main>\n\
-         </body>\n</html>\n",
-        heads.concat()
+         <main>\n{curve}{episode}{tables}</main>\n</body>\n</html>\n"
     )
 }
 

@@ -23,10 +23,15 @@ pub(crate) struct Scenes {
     newest: BTreeMap<String, (Instant, Option<Arc<Scene>>)>,
 }
 
+/// A simulator on one thread.
+pub(crate) fn engine(stop: &Arc<AtomicBool>) -> Result<Engine> {
+    Ok(Engine::new(Box::new(Cpu::new(Some(1))?), Arc::clone(stop)))
+}
+
 impl Scenes {
     pub(crate) fn new(stop: &Arc<AtomicBool>) -> Result<Mutex<Self>> {
         Ok(Mutex::new(Self {
-            engine: Engine::new(Box::new(Cpu::new(Some(1))?), Arc::clone(stop)),
+            engine: engine(stop)?,
             kept: VecDeque::new(),
             newest: BTreeMap::new(),
         }))

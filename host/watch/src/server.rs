@@ -172,7 +172,7 @@ impl Server {
 }
 
 /// Gives this thread a low priority, since runs come first; a run that the page starts has a thread without it.
-fn give_way() {
+pub(crate) fn give_way() {
     #[cfg(target_os = "linux")]
     let _ = rustix::process::setpriority_process(None, 10);
 }
@@ -182,25 +182,6 @@ fn secret() -> Result<String> {
     let mut bytes = [0_u8; 16];
     getrandom::fill(&mut bytes).map_err(|error| Failure::failed(format_args!("no random numbers: {error}")))?;
     Ok(format!("{:032x}", u128::from_ne_bytes(bytes)))
-}
-
-/// The page about some folders as one file.
-///
-/// # Errors
-/// Errors of the evaluator.
-pub fn snapshot(folders: Vec<PathBuf>, stop: &Arc<AtomicBool>) -> Result<String> {
-    let mut sources = Sources::new(folders);
-    sources.look();
-    let newest = sources.newest_run();
-    let episode = match newest {
-        Some((id, run)) => Scenes::of(&Scenes::new(stop)?, id, &run.saved, None)?,
-        None => None,
-    };
-    Ok(pages::snapshot(
-        &sources,
-        newest.map(|(_, run)| run),
-        episode.as_ref().map(|scene| &*scene.page),
-    ))
 }
 
 impl Shared {

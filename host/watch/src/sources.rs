@@ -54,6 +54,8 @@ pub(crate) struct Run {
     /// When it last grew, and when its state was last looked at.
     grown: Option<Instant>,
     looked: Option<Instant>,
+    /// Whether it was running at some look.
+    was_running: bool,
     /// Counts its changes.
     version: u64,
 }
@@ -96,6 +98,7 @@ impl Run {
             state: State::Running,
             grown: None,
             looked: None,
+            was_running: false,
             version: 0,
             saved: Arc::new(saved),
         })
@@ -107,7 +110,11 @@ impl Run {
             return;
         }
         let now = Instant::now();
-        if self.curve.update() {
+        if self.looked.is_none() {
+            // What is there at the first look may be old.
+            while self.curve.update() {}
+            self.version += 1;
+        } else if self.curve.update() {
             self.grown = Some(now);
             self.version += 1;
         }
@@ -115,10 +122,11 @@ impl Run {
         let is_still = self.grown.is_none_or(|at| now - at > PATIENCE);
         let is_due = self.looked.is_none_or(|at| now - at > PATIENCE);
         let is_done = self.saved.recorded().is_ok_and(|run| run.is_done);
-        let state = match (is_done, is_still && is_due) {
-            (true, _) => State::Done,
-            (false, false) => return,
-            (false, true) => {
+        let state = match (is_done, is_still, is_due) {
+            (true, ..) => State::Done,
+            (false, false, _) => State::Running,
+            (false, true, false) => return,
+            (false, true, true) => {
                 self.looked = Some(now);
                 self.saved.state(false)
             }
@@ -130,6 +138,7 @@ impl Run {
         if state == State::Done {
             while self.curve.update() {}
         }
+        self.was_running |= state == State::Running;
     }
 
     fn summary(&self) -> Json {
@@ -199,6 +208,24 @@ impl Sources {
 
     pub(crate) fn find(&self, id: &str) -> Option<&Source> {
         self.all.values().find(|source| source.id == id)
+    }
+
+    /// Whether each folder is a finished run or sweep, or a run that was running and has stopped.
+    pub(crate) fn have_ended(&self) -> bool {
+        let has_ended = |folder| match self.all.get(folder).map(|source| &source.kind) {
+            Some(Kind::Run(run)) => run.state == State::Done || run.was_running && run.state != State::Running,
+            Some(Kind::Sweep(cells)) => cells.is_done(),
+            _ => false,
+        };
+        self.folders.iter().all(has_ended)
+    }
+
+    pub(crate) fn sweeps(&self) -> impl Iterator<Item = &Cells> {
+        let all = self.shown.iter().filter_map(|path| self.all.get(path));
+        all.filter_map(|source| match &source.kind {
+            Kind::Sweep(cells) => Some(&**cells),
+            _ => None,
+        })
     }
 
     /// The newest run, and by what the page calls it.

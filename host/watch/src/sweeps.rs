@@ -57,7 +57,7 @@ impl Cells {
 
     pub(crate) fn look(&mut self) {
         let is_due = self.looked.is_none_or(|at| at.elapsed() > PAUSE);
-        if !is_due || self.done == self.runs {
+        if !is_due || self.is_done() {
             return;
         }
         self.looked = Some(Instant::now());
@@ -101,13 +101,17 @@ impl Cells {
     pub(crate) fn summary(&self) -> Json {
         json!({
             "name": self.store.what().name,
-            "state": if self.done == self.runs { "done" } else { "unfinished" },
+            "state": if self.is_done() { "done" } else { "unfinished" },
             "steps": self.done,
             "length": self.runs,
             "left": self.left(),
             "problem": self.problem,
             "version": self.version,
         })
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        self.done == self.runs
     }
 
     /// A table with a row for each cell.
