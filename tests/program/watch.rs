@@ -336,7 +336,7 @@ fn hostile_requests_get_nothing() {
         let (status, body) = served.get(&path);
         assert!(status == 404 && !body.contains("nobody may"), "{path}: {status}");
     }
-    assert_eq!(served.post("/evolve", "", &json!({ "seed": 1, "set": [] })).0, 405);
+    assert_eq!(served.post("/evolve", "", &json!({ "seed": "1", "set": [] })).0, 405);
     let whole = served.head(
         "GET",
         &format!("/scene/{id}?generation=3"),
@@ -404,7 +404,7 @@ fn the_page_changes_values_only_with_its_secret() {
         keys.contains(&"cycles") && keys.contains(&"evolution.generations") && !keys.contains(&"name"),
         "{keys:?}"
     );
-    let wish = json!({ "seed": 7, "set": [["evolution.generations", "5"]] });
+    let wish = json!({ "seed": "7", "set": [["evolution.generations", "5"]] });
     assert_eq!(
         served.post("/evolve", &served.token, &wish).0,
         403,
@@ -414,14 +414,19 @@ fn the_page_changes_values_only_with_its_secret() {
     assert!(!place.at("runs").exists());
     for (key, value, problem) in [
         ("record.checkpoint_every", "1", "no key of the form"),
-        ("cycles", "0", "allowed: 1 to"),
+        ("cycles", "0", "{\"problem\":\"cycles: is 0; allowed: 1 to"),
         ("cycles", "40\n[evil]", "several lines"),
         ("name", "\"other\"", "no key of the form"),
     ] {
-        let wish = json!({ "seed": 1, "set": [[key, value]] });
+        let wish = json!({ "seed": "1", "set": [[key, value]] });
         let (status, answer) = served.post("/evolve", &served.edit, &wish);
         assert!(status == 200 && answer.contains(problem), "{key}: {answer}");
     }
+    let (_, answer) = served.post("/evolve", &served.edit, &json!({ "seed": "-1", "set": [] }));
+    assert!(
+        answer.contains("seed: is -1; allowed: a whole number, 0 to"),
+        "{answer}"
+    );
     assert!(!place.at("runs").exists());
     assert_eq!(
         served.post("/evolve", &served.edit, &wish),

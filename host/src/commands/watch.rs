@@ -1,5 +1,6 @@
 //! `oneiro watch`: a page about runs, sweeps and fleets while they evolve; also started by `oneiro run --watch` and `oneiro sweep run --watch`.
 
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -91,8 +92,18 @@ fn open(link: &str, console: Console) {
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn();
-    if let Err(error) = started {
-        console.warn([format!("--open: {program}: {error}; open the address yourself")]);
+    let failed =
+        move |why: &dyn Display| console.warn([format!("--open: {program}: {why}; open the address yourself")]);
+    match started {
+        Err(error) => failed(&error),
+        Ok(mut child) => {
+            let wait = move || match child.wait() {
+                Ok(status) if !status.success() => failed(&status),
+                _ => {}
+            };
+            // A thread that can't be started only tells less.
+            let _ = thread::Builder::new().spawn(wait);
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
-use oneiro_lab::experiment::reference;
+use oneiro_lab::experiment::{GREATEST_SEED, reference};
 use oneiro_lab::runs;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
@@ -44,7 +44,7 @@ pub(crate) struct Editor {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Wish {
-    seed: u64,
+    seed: String,
     /// Keys with their values as TOML.
     set: Vec<(String, String)>,
 }
@@ -112,6 +112,13 @@ impl Editor {
     /// What is wrong with them, or that the last run still evolves.
     pub(crate) fn evolve(&self, body: &[u8]) -> std::result::Result<(), String> {
         let wish: Wish = serde_json::from_slice(body).map_err(|error| error.to_string())?;
+        let seed = wish.seed.parse::<u64>().ok().filter(|seed| *seed <= GREATEST_SEED);
+        let Some(seed) = seed else {
+            return Err(format!(
+                "seed: is {}; allowed: a whole number, 0 to {GREATEST_SEED}",
+                wish.seed
+            ));
+        };
         let fields = self.fields().map_err(|failure| failure.to_string())?;
         let mut settings = Vec::new();
         for (key, value) in wish.set {
@@ -131,8 +138,8 @@ impl Editor {
         }
         let broken = |error: std::io::Error| format!("a run can't be started: {error}");
         let mut child = Command::new(std::env::current_exe().map_err(broken)?)
-            .args(["run", "--quiet", &format!("--seed={}", wish.seed)])
-            .args(settings)
+            .args(["run", "--quiet", &format!("--seed={seed}")])
+            .args(&settings)
             .arg("--")
             .arg(&self.experiment)
             .stdin(Stdio::null())
@@ -150,7 +157,7 @@ impl Editor {
                     let mut text = String::new();
                     let read = messages.map(|messages| messages.take(SHOWN).read_to_string(&mut text));
                     let _ = read.transpose().map_err(broken)?;
-                    return Err(text.trim().to_owned());
+                    return Err(of_form(text.trim(), &settings));
                 }
             }
         }
@@ -183,6 +190,16 @@ impl Drop for Editor {
     fn drop(&mut self) {
         self.stop();
     }
+}
+
+/// A message of the program without the options that the form's values became.
+fn of_form(message: &str, settings: &[String]) -> String {
+    let mut rest = message.strip_prefix("oneiro: ").unwrap_or(message);
+    for setting in settings {
+        let option = format!("{}: ", setting.replacen('=', " ", 1));
+        rest = rest.strip_prefix(&*option).unwrap_or(rest);
+    }
+    rest.to_owned()
 }
 
 fn is_running(child: &mut Child) -> bool {

@@ -1,5 +1,6 @@
 //! The parts of the page.
 
+use oneiro_base::console::counted;
 use oneiro_report::bundle::bundle;
 use oneiro_report::figures::{Band, Panel, escaped, panel};
 use oneiro_report::numbers::Spread;
@@ -33,7 +34,11 @@ const HEIGHT: f64 = 340.0;
 /// The learning curve of a run, among those of the same experiment, as wide as the page has room.
 pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     let all = sources.group(&run.group);
-    let others = sources.others(run, OTHERS.len());
+    let groups = sources.groups(run);
+    // The run's own group comes first.
+    let others = groups.get(1..).unwrap_or_default();
+    let undrawn = others.len().saturating_sub(OTHERS.len());
+    let others = &others[..others.len() - undrawn];
     let exactly = |value| Spread {
         low: value,
         mean: value,
@@ -56,7 +61,10 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     };
     let experiment = run.saved.experiment();
     let values = run.curve.values();
-    let this = format!("seed {}", run.saved.seed());
+    let this = match all.len() {
+        1 => format!("this: {}", groups.first().map_or("", |(label, _)| label)),
+        _ => format!("seed {}", run.saved.seed()),
+    };
     let band = |label, colour, values| Band {
         label,
         colour,
@@ -71,11 +79,7 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
         // With other settings in the chart, only the first value.
         let count = if others.is_empty() { values.len() } else { 1 };
         let label = |value: usize| {
-            if others.is_empty() {
-                values[value].label
-            } else {
-                "this run"
-            }
+            if others.is_empty() { values[value].label } else { &this }
         };
         shown.extend((0..count).map(|value| band(label(value), COLOURS[value], lines(run, value))));
     }
@@ -93,6 +97,13 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
         1 if others.is_empty() => format!("each {time}"),
         1 => format!("{} of each {time}", values[0].label),
         seeds => format!("{} of each {time}, {seeds} seeds", values[0].label),
+    };
+    let title = match undrawn {
+        0 => title,
+        more => format!(
+            "{title}; {} not drawn",
+            counted(more, "older setting", "older settings")
+        ),
     };
     let width = width.clamp(WIDTHS[0], WIDTHS[1]);
     let shown = Panel {

@@ -18,6 +18,8 @@ use crate::sweeps::Cells;
 
 /// Directories that are shown, the newest.
 const MOST: usize = 500;
+/// Keys that are named where settings differ.
+const DIFFERENCES: usize = 2;
 /// How often the lock of a run that doesn't grow is tried, and a directory that can't be read is read again.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The page of a fleet and its script.
@@ -252,12 +254,11 @@ impl Sources {
         runs
     }
 
-    /// The newest runs of the same name with other settings, at most so many groups, each with the key in which it differs and its value.
-    pub(crate) fn others(&self, own: &Run, most: usize) -> Vec<(String, Vec<&Run>)> {
+    /// Runs of the same name by their settings, the newest first and the given run's first of all: each group with what differs from the
+    /// oldest one's settings, in words.
+    pub(crate) fn groups(&self, own: &Run) -> Vec<(String, Vec<&Run>)> {
         let name = own.saved.experiment().name();
-        let text = |run: &Run| run.saved.experiment().resolved_toml(0);
-        let mut found: Vec<(String, Vec<&Run>)> = Vec::new();
-        let mut seen = BTreeSet::from([&*own.group]);
+        let mut firsts: Vec<&Run> = Vec::new();
         for path in &self.shown {
             let Some(Source {
                 kind: Kind::Run(run), ..
@@ -265,14 +266,28 @@ impl Sources {
             else {
                 continue;
             };
-            if found.len() < most && run.saved.experiment().name() == name && seen.insert(&run.group) {
-                let difference = Difference::of_runs(&text(own), &text(run));
-                let label =
-                    difference.map_or_else(|| "others".to_owned(), |own| format!("{} {}", own.key, own.values[1]));
-                found.push((label, self.group(&run.group)));
+            let is_new = firsts.iter().all(|first| first.group != run.group);
+            if is_new && run.saved.experiment().name() == name {
+                firsts.push(run);
             }
         }
-        found
+        let text = |run: &Run| run.saved.experiment().resolved_toml(0);
+        let oldest = firsts.last().map(|run| text(run)).unwrap_or_default();
+        let label = |run: &Run| {
+            let all = Difference::of_runs(&oldest, &text(run));
+            let words = all.iter().map(|own| format!("{} {}", own.key, own.values[1]));
+            let words: Vec<String> = words.take(DIFFERENCES).collect();
+            match all.len() {
+                0 => "as first".to_owned(),
+                count if count > DIFFERENCES => format!("{}, ..", words.join(", ")),
+                _ => words.join(", "),
+            }
+        };
+        firsts.sort_by_key(|run| run.group != own.group);
+        firsts
+            .into_iter()
+            .map(|run| (label(run), self.group(&run.group)))
+            .collect()
     }
 
     /// All in brief, for the page's list.

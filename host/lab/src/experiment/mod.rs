@@ -491,15 +491,18 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// The first key that makes the results of two runs differ, given the text of their `config.toml`.
-    pub fn of_runs(one: &str, other: &str) -> Option<Self> {
+    /// The keys that make the results of two runs differ, given the text of their `config.toml`.
+    pub fn of_runs(one: &str, other: &str) -> Vec<Self> {
         let values = |text: &str| {
             let mut values: Table = text.parse().ok()?;
             // What is recorded changes no result.
             values.remove("record");
             Some(Value::Table(values))
         };
-        differences(&values(one)?, &values(other)?).into_iter().next()
+        match (values(one), values(other)) {
+            (Some(one), Some(other)) => differences(&one, &other),
+            _ => Vec::new(),
+        }
     }
 }
 

@@ -100,7 +100,10 @@ fn was_of(directory: &Path, identity: blake3::Hash) -> bool {
 fn described(run: &SavedRun, experiment: &dyn Experiment, seed: u64) -> String {
     const LONGEST: usize = 40;
     let known = run.experiment().resolved_toml(run.seed());
-    match Difference::of_runs(&known, &experiment.resolved_toml(seed)) {
+    match Difference::of_runs(&known, &experiment.resolved_toml(seed))
+        .into_iter()
+        .next()
+    {
         Some(Difference { key, values }) => {
             let [known, wanted] = values.map(|value| match value.char_indices().nth(LONGEST) {
                 Some((end, _)) => format!("{} ..", &value[..end]),

@@ -256,8 +256,12 @@ const inputs = new Map();
 async function buildForm() {
   const form = JSON.parse(await text('edit'));
   const secret = sessionStorage.getItem('edit');
-  if (!form || !secret) return;
+  if (!form) return;
   part('edit').hidden = false;
+  if (!secret) {
+    part('form').textContent = 'To evolve again, open the address that oneiro watch --edit has printed: it says that you may.';
+    return;
+  }
   if (form.problem) {
     part('answer').textContent = form.problem;
     return;
@@ -276,19 +280,29 @@ async function buildForm() {
 /** @param {string} path @param {object} wish */
 async function post(path, wish) {
   const headers = { 'Content-Type': 'application/json', 'X-Oneiro-Edit': sessionStorage.getItem('edit') || '' };
-  const answer = await fetch(path, { method: 'POST', headers, body: JSON.stringify(wish) });
-  const { problem } = answer.ok ? await answer.json() : { problem: await answer.text() };
-  part('answer').textContent = problem || '';
-  return !problem;
+  try {
+    const answer = await fetch(path, { method: 'POST', headers, body: JSON.stringify(wish) });
+    const { problem } = answer.ok ? await answer.json() : { problem: await answer.text() };
+    part('answer').textContent = problem || '';
+    return !problem;
+  } catch {
+    part('answer').textContent = 'oneiro watch has ended, or does not answer.';
+    return false;
+  }
 }
 
 part('form').addEventListener('submit', async (event) => {
   event.preventDefault();
   part('answer').textContent = 'Starting.';
   const set = [...inputs].filter(([key]) => key !== 'seed').map(([key, { input }]) => [key, input.value.trim()]);
-  const seed = Number(inputs.get('seed')?.input.value);
+  const seed = inputs.get('seed')?.input.value.trim() || '';
+  const known = new Set(sources.map(({ id }) => id));
   // The new run is shown when it appears.
-  if (await post('evolve', { seed, set })) chosen = false;
+  if (!await post('evolve', { seed, set })) return;
+  chosen = false;
+  setTimeout(() => {
+    if (sources.every(({ id }) => known.has(id))) part('answer').textContent = 'These values have evolved before: see the list.';
+  }, 2000);
 });
 part('stop').addEventListener('click', () => post('stop', {}));
 buildForm().catch(() => {});
