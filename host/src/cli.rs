@@ -748,7 +748,7 @@ pub(crate) struct Replay {
     /// Replay this individual of the generation, from 0
     #[arg(long, value_name = "K", requires = "generation", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) individual: Option<u32>,
-    /// See a single robot learn: the bests of these generations from the same start on one page, learning.html, such as 0,3,10,199
+    /// See a robot or a swarm learn: the bests of these generations from the same start on one page, learning.html, such as 0,3,10,199
     #[arg(long, value_name = "N,..", value_delimiter = ',', conflicts_with_all = ["elite", "elites", "genome", "generation", "start"],
         value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) generations: Vec<u32>,

@@ -163,6 +163,12 @@ fn records_are_what_the_contests_say() {
     for command in ["verify", "replay"] {
         place.good(&[command, "recent"]);
     }
+    for option in ["--generation", "--generations"] {
+        place
+            .run(&["replay", "recent", option, "1"])
+            .exits(3)
+            .says(&[&format!("{option}: is given, and this run's individuals")]);
+    }
     let audit = [
         "verify",
         "--recompute",

@@ -23,7 +23,7 @@ impl Place {
     }
 
     /// What a command that must succeed prints.
-    fn answer(&self, arguments: &[&str]) -> Value {
+    pub(crate) fn answer(&self, arguments: &[&str]) -> Value {
         serde_json::from_str(&self.good(arguments)).unwrap()
     }
 

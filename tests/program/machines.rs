@@ -133,6 +133,17 @@ fn teams_have_genes_by_name() {
     place.good(&[&["run", "gather.toml", "--seed", "1", "--out", "run"][..], &set, &short].concat());
     assert!(place.text("run/champion.json").contains("team_0.floor_to_left"));
     place.good(&["replay", "run"]);
+    // Each generation's best has the same start, and the fitness of its episode alone.
+    let all = place.answer(&["replay", "run", "--generations", "1,0", "--seed", "4", "--json"]);
+    for generation in [1, 0] {
+        let one = ["--seed", "4", "--json", "--generation", &generation.to_string()];
+        let alone = place.answer(&[&["replay", "run"][..], &one].concat());
+        assert_eq!(all["generations"][1 - generation]["fitness"], alone["trial_fitness"]);
+    }
+    let page = place.text("run/learning.html");
+    assert!(
+        page.contains("The bests of 2 generations, each with 10 robots in one world, from the same start, for 3 s")
+    );
     // A table whose columns are in another order.
     let names = |team: u32| {
         let of =
@@ -229,6 +240,9 @@ fn a_life_that_ends_early_is_played_to_its_end() {
     let (out, replayed) = mission(0);
     replayed.says(&["warning: there is no page that plays the episode: it ends before its first cycle"]);
     assert!(!place.at(format!("{out}/replay.html")).exists());
+    place.run(&["replay", &out, "--generations", "0"]).exits(3).says(&[
+        "--generations: there is no page of generation 0's best: it ends before its first cycle; allowed: other generations",
+    ]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 // The page of an episode.
 import { shortened } from './chart.js';
 import { Controllers } from './diagram.js';
-import { element, legendEntry, made, set } from './dom.js';
+import { element, legendEntry, made, say, set } from './dom.js';
 import { bytes, facts } from './facts.js';
 import { MESSAGE_PICTURE, drawMessages } from './messages.js';
 import { Readings } from './readings.js';
@@ -18,15 +18,27 @@ class Doings {
   constructor(data) {
     this.data = data;
     this.robots = data.names.length;
+    /** Robots of each world. */
+    this.each = this.robots / data.worlds.length;
     this.states = new Uint16Array(bytes(data.state));
     this.values = new Uint16Array(bytes(data.values));
     this.senders = new Uint16Array(bytes(data.senders));
-    this.fitness = new Float32Array(bytes(data.fitness));
+    this.fitnesses = new Float32Array(bytes(data.fitness));
     this.earned = new Float32Array(bytes(data.earned));
     /** Whether robots hear each other, whether each has a score, and whether each is alone in its world. */
     this.hears = this.senders.length > 0;
     this.scoresEach = this.earned.length > 0;
     this.apart = data.who === 'generation';
+  }
+
+  /** @param {number} robot */
+  worldOf(robot) {
+    return Math.floor(robot / this.each);
+  }
+
+  /** @param {number} world @param {number} line */
+  fitness(world, line) {
+    return this.fitnesses[line * this.data.worlds.length + world];
   }
 
   /** @param {number} robot @param {number} line */
@@ -44,7 +56,7 @@ class Doings {
 
   /** @param {number} robot @param {number} line */
   score(robot, line) {
-    return this.earned[line * this.robots + robot];
+    return this.apart ? this.fitness(robot, line) : this.earned[line * this.robots + robot];
   }
 
   /**
@@ -52,12 +64,13 @@ class Doings {
    * @param {number} robot @param {number} line
    */
   heardBy(robot, line) {
-    const words = this.hears ? Math.ceil(this.robots / 16) : 0;
+    const words = this.hears ? Math.ceil(this.each / 16) : 0;
     const at = (line * this.robots + robot) * words;
+    const first = this.each * this.worldOf(robot);
     /** @type {number[]} */
     const heard = [];
-    for (let other = 0; other < this.robots && words > 0; other++) {
-      if ((this.senders[at + (other >> 4)] >> (other & 15)) & 1) heard.push(other);
+    for (let other = 0; other < this.each && words > 0; other++) {
+      if ((this.senders[at + (other >> 4)] >> (other & 15)) & 1) heard.push(first + other);
     }
     return heard;
   }
@@ -67,10 +80,15 @@ class Doings {
 const data = facts();
 const record = new PoseRecord({ ...data, ...unpacked(data) });
 const doings = new Doings(data);
-const { acts, plain, readings, sensors, who, arena: ground } = data;
+const { acts, plain, readings, sensors, who, worlds, arena: ground } = data;
 const { names, robots, everyone } = record;
-const { hears, scoresEach, apart } = doings;
+const { hears, apart, each } = doings;
+const scoresEach = doings.scoresEach || apart;
 const alone = robots === 1;
+/** Whether one of several worlds is shown. */
+const chosen = worlds.length > 1 && !apart;
+/** The world that is shown, of which the last one is first. */
+let shown = worlds.length - 1;
 const Who = who[0].toUpperCase() + who.slice(1);
 /** Seconds for which a transition stays marked while the page plays. */
 const MARKED = 0.7;
@@ -80,8 +98,7 @@ let charted = -1;
 /** @type {Stage} */
 const stage = new Stage(record, data.body, {
   who,
-  // The last one that was named.
-  followed: apart ? robots - 1 : 0,
+  followed: robots - each,
   fit: () => arena.fitAround(data.view),
   show,
   told: (seconds) => {
@@ -102,24 +119,26 @@ function drawArena() {
   arena.clear();
   arena.ground(ground);
   arena.scale(0.2 * (data.view.right - data.view.left));
-  const poses = everyone.map((robot) => record.pose(robot, moment));
+  /** @type {(import('./record.js').Pose | null)[]} */
+  const poses = [];
+  record.everyone.forEach((robot) => { poses[robot] = record.pose(robot, moment); });
   if (isOn('trails')) {
     const width = Math.max(1.4, 5 * arena.view.scale);
     /** @param {number[]} robots @param {number} seconds @param {string} colour @param {number} width @param {number} strength */
     const draw = (robots, seconds, colour, width, strength) =>
       drawTrails(arena, record, moment, { robots, seconds, colour, width, strength });
     if (apart) everyone.forEach((robot) => draw([robot], LONG_TRAIL, plain[robot].colour, width, 0.6));
-    else draw(everyone, TRAIL, arena.marks.ink, width, 0.4);
+    else draw(record.everyone, TRAIL, arena.marks.ink, width, 0.4);
     if (!apart && followed >= 0) draw([followed], LONG_TRAIL, arena.marks.link, 2.4, 0.8);
   }
   if (hears && isOn('messages')) {
-    for (const hearer of everyone) {
+    for (const hearer of record.everyone) {
       const isFollowed = hearer === followed;
       const pairs = doings.heardBy(hearer, moment.line).map((sender) => /** @type {any} */ ([poses[hearer], poses[sender]]));
       drawMessages(arena, pairs, followed < 0 || isFollowed ? 0.9 : 0.45, isFollowed ? 3 : 1.6);
     }
   }
-  everyone.forEach((robot) => {
+  record.everyone.forEach((robot) => {
     const pose = poses[robot];
     if (!pose) return;
     drawRobot(arena, pose, { body: data.body, name: names[robot], act: doings.act(robot, moment.line), followed: robot === followed });
@@ -150,9 +169,36 @@ const rows = everyone.map((robot) => {
   };
 });
 
+/**
+ * Shows another world at the same time, and the robot that was followed there.
+ * @param {number} world
+ */
+function choose(world) {
+  shown = world;
+  record.everyone = everyone.filter((robot) => doings.worldOf(robot) === world);
+  rows.forEach(({ row }, robot) => { row.hidden = doings.worldOf(robot) !== world; });
+  buttons.forEach((button, own) => button.setAttribute('aria-pressed', String(own === world)));
+  if (player.followed >= 0) player.followed = world * each + (player.followed % each);
+  chooseChart();
+}
+
+const buttons = !chosen ? [] : worlds.map(({ name, colour }, world) => {
+  const button = made('button', element('worlds', HTMLElement), { type: 'button', className: 'who' });
+  made('span', button, { className: 'dot' }).style.background = colour;
+  button.append(String(name));
+  button.addEventListener('click', (event) => {
+    choose(world);
+    say(`Generation ${name}.`);
+    player.ask();
+    if (event.detail > 0) button.blur();
+  });
+  return button;
+});
+
 /** @param {number} line */
 function showTable(line) {
-  rows.forEach((own, robot) => {
+  record.everyone.forEach((robot) => {
+    const own = rows[robot];
     const act = doings.act(robot, line);
     showRow(own, robot === player.followed, act);
     if (own.does) set(own.does, 'textContent', act.name);
@@ -177,7 +223,7 @@ function takenBy(robot, line) {
 /** @param {number} line */
 function showController(line) {
   const { followed } = player;
-  const robot = Math.max(followed, 0);
+  const robot = followed < 0 ? shown * each : followed;
   const { name, colour } = doings.act(robot, line);
   controllers.show(robot, alone ? 'Controller' : `${Who} ${names[robot]} computes`, followed < 0 ? null : {
     reading: (index) => doings.reading(robot, line, index),
@@ -187,20 +233,23 @@ function showController(line) {
   });
 }
 
+/** The world that the words and the chart's thick curve are about. */
+const worldNow = () => (apart ? Math.max(player.followed, 0) : shown);
+
 /**
  * What the chart shows of a line; null without a robot that is followed.
  * @param {number} line
  */
 function valueAt(line) {
   const { followed } = player;
-  if (charted < 0) return apart ? doings.score(Math.max(followed, 0), line) : doings.fitness[line];
+  if (charted < 0) return doings.fitness(worldNow(), line);
   return followed < 0 ? null : doings.reading(followed, line, charted);
 }
 
 function chooseChart() {
-  const scores = apart ? doings.earned : doings.fitness;
+  const { fitnesses } = doings;
   const { name, low, high } = charted < 0
-    ? { name: 'Fitness', low: scores.reduce((a, b) => Math.min(a, b), 0), high: scores.reduce((a, b) => Math.max(a, b), 0) }
+    ? { name: 'Fitness', low: fitnesses.reduce((a, b) => Math.min(a, b), 0), high: fitnesses.reduce((a, b) => Math.max(a, b), 0) }
     : readings[charted];
   chart.span(record.last, Math.min(low, 0), Math.max(high, 0));
   chart.canvas.setAttribute('aria-label', `${name} over time, ${[Math.min(low, 0), Math.max(high, 0)].map(shortened).join(' to ')}`);
@@ -209,25 +258,23 @@ function chooseChart() {
 function drawChart() {
   const { followed, moment } = player;
   const { faint, link } = stage.theme.colours;
+  const several = worlds.length > 1;
   chart.ground();
-  if (apart && charted < 0) {
-    everyone.forEach((robot) => {
-      chart.curve(record, record.lines - 1, (line) => doings.score(robot, line), plain[robot].colour, 1.5);
-    });
+  if (several && charted < 0) {
+    worlds.forEach(({ colour }, world) => chart.curve(record, record.lines - 1, (line) => doings.fitness(world, line), colour, 1.5));
   } else {
     chart.curve(record, record.lines - 1, valueAt, faint, 1.5);
   }
-  chart.curve(record, moment.line, valueAt, apart && followed >= 0 ? plain[followed].colour : link, 2.4);
+  chart.curve(record, moment.line, valueAt, several && (followed >= 0 || !apart) ? worlds[worldNow()].colour : link, 2.4);
   chart.cursor(player.time);
 }
 
 /** @param {number} line */
 function showWords(line) {
   const { followed } = player;
-  const shown = Math.max(followed, 0);
-  const whose = apart ? `${Who} ${names[shown]}: fitness` : 'Fitness';
-  const now = apart ? doings.score(shown, line) : doings.fitness[line];
-  set(element('light', HTMLElement), 'textContent', `${whose} if the episode ended now: ${shortened(now)}`);
+  const world = worldNow();
+  const whose = worlds.length > 1 ? `Generation ${worlds[world].name}: fitness` : 'Fitness';
+  set(element('light', HTMLElement), 'textContent', `${whose} if the episode ended now: ${shortened(doings.fitness(world, line))}`);
   let text = alone ? 'Click the robot to see its sensors.' : `Click a ${apart ? 'robot' : who}, or its number in the table, to follow it.`;
   if (followed >= 0) {
     const others = doings.heardBy(followed, line).map((other) => names[other]).join(', ');
@@ -240,6 +287,7 @@ function showWords(line) {
 
 function show() {
   const { line } = player.moment;
+  if (chosen && player.followed >= 0 && doings.worldOf(player.followed) !== shown) choose(doings.worldOf(player.followed));
   const { followed } = player;
   drawArena();
   showController(line);
@@ -276,7 +324,8 @@ choice.addEventListener('change', () => {
   player.ask();
 });
 chart.view.left = 56;
-chooseChart();
+if (chosen) choose(shown);
+else chooseChart();
 
 // For tests. `drawn` draws a time, and tells where robots were drawn, mm and turns, taken back from the canvas, and the colour of
 // their side; `shown` tells where a robot is on the canvas now.

@@ -90,6 +90,13 @@ import { element } from './dom.js';
 /** @typedef {{ kind: 'tree', states: Named[], conditions: Named[] }} TreeFacts */
 
 /**
+ * A world of a page. All have the same number of robots, which follow each other.
+ * @typedef {object} World
+ * @property {number | string} name its generation, or nothing
+ * @property {string} colour
+ */
+
+/**
  * An episode.
  * @typedef {object} EpisodeOnly
  * @property {Act[]} acts states of all machines
@@ -100,11 +107,12 @@ import { element } from './dom.js';
  * @property {Reading[]} readings
  * @property {Sensor[]} sensors
  * @property {Act[]} plain each robot without a machine
- * @property {string} who what the names number: robot or generation
- * @property {string} fitness for each line: floats
+ * @property {string} who what the names number: robot, or generation if robots of several worlds are shown in one arena
+ * @property {World[]} worlds
+ * @property {string} fitness for each line, for each world: floats
  * @property {string} earned for each line, for each robot: floats; empty unless robots have scores
  * @property {string} state for each line, for each robot: an index of acts; empty without machines
- * @property {string} senders for each line, for each robot: a bit for each robot that it hears, in words of 16
+ * @property {string} senders for each line, for each robot: a bit for each robot of its world that it hears, in words of 16
  * @property {string} values for each line, for each robot, for each reading: 1/65535 of its span
  */
 /** @typedef {PoseFacts & RobotFacts & EpisodeOnly} EpisodeFacts */

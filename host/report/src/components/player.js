@@ -57,7 +57,7 @@ export class Player {
    */
   begin(plays) {
     const wanted = new URLSearchParams(location.hash.slice(1));
-    if (wanted.has('robot')) this.followed = this.record.names.indexOf(Number(wanted.get('robot')));
+    if (wanted.has('robot')) this.followed = this.record.names.lastIndexOf(Number(wanted.get('robot')));
     if (wanted.has('t')) this.seek(Number(wanted.get('t')) || 0);
     else if (plays && !isCalm()) this.play(true);
     this.show();

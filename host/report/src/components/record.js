@@ -31,6 +31,7 @@ export class PoseRecord {
     this.poses = poses;
     this.names = poses.names;
     this.robots = poses.names.length;
+    /** Those that are shown. */
     this.everyone = poses.names.map((_, robot) => robot);
     this.lines = poses.times.length;
     this.first = this.lines > 0 ? this.timeOf(0) : 0;

@@ -26,6 +26,8 @@ const PANEL: &str = include_str!("../components/episode.html");
 const SWITCHES: &str = "<label class=\"switch\"><input type=\"checkbox\" id=\"trails\"/> trails</label>\n\
     <label class=\"switch\"><input type=\"checkbox\" id=\"sensors\" checked=\"\"/> sensors</label>\n\
     <label class=\"switch\"><input type=\"checkbox\" id=\"messages\" checked=\"\"/> messages</label>\n";
+/// Buttons of the worlds, of which one is shown.
+const WORLDS: &str = "<div id=\"worlds\" role=\"group\" aria-label=\"Generation\">Generation</div>\n";
 /// Colours of a machine's states, and of teams.
 pub(super) const COLOURS: [&str; 4] = ["#2a9d8f", "#b3263c", "#2b3a8f", "#f4a23b"];
 /// Colour of a robot's front.
@@ -43,15 +45,49 @@ pub struct EpisodeReplay<'a> {
     /// Its world, a swarm's observed, and the cycles that it lasted.
     pub world: &'a World,
     pub cycles: u32,
-    /// The trace of each robot, with a record each `every` cycles, which is 1 or more.
+    /// The trace of each robot, world after world, with a record each `every` cycles, which is 1 or more.
     pub robots: Vec<Trace>,
-    /// Of robots that are alone in a world each, like this one: their generations; empty for robots of one world.
-    pub generations: Vec<u32>,
+    pub compared: Compared,
     pub every: u32,
     /// Each robot's earnings up to each record; empty unless each robot has a score.
     pub earned: Vec<Vec<f32>>,
     /// The genes of each robot's controller.
     pub genes: Vec<&'a [f32]>,
+}
+
+/// The difference between the worlds of a page. They start alike and have the same number of robots.
+#[derive(Clone)]
+pub enum Compared {
+    /// There is one world.
+    Nothing,
+    /// Whose best it is.
+    Generations(Vec<u32>),
+}
+
+impl Compared {
+    /// The number of worlds.
+    fn worlds(&self) -> usize {
+        match self {
+            Self::Nothing => 1,
+            Self::Generations(own) => own.len(),
+        }
+    }
+
+    /// The name of a world.
+    fn name(&self, world: usize) -> Value {
+        match self {
+            Self::Nothing => json!(""),
+            Self::Generations(own) => json!(own[world]),
+        }
+    }
+
+    /// The colour of a world.
+    fn colour(&self, world: usize) -> String {
+        match self {
+            Self::Nothing => COLOURS[0].to_owned(),
+            Self::Generations(_) => ramp(&AGES, world as f64 / (self.worlds() - 1).max(1) as f64),
+        }
+    }
 }
 
 /// Bytes of a page for each robot and record.
@@ -71,25 +107,35 @@ const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 
 /// Makes the page.
 pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
-    let EpisodeReplay { robots, every, .. } = replay;
+    let EpisodeReplay { every, .. } = replay;
+    let robots = counted(replay.each(), "robot", "robots in one world");
+    let who = match &replay.compared {
+        Compared::Nothing => robots,
+        Compared::Generations(own) => {
+            let each = if replay.is_alone() {
+                "each alone".to_owned()
+            } else {
+                format!("each with {robots},")
+            };
+            let bests = counted(own.len(), "generation", "generations");
+            format!("The bests of {bests}, {each} from the same start,")
+        }
+    };
+    let seconds = |cycles: u32| number(f64::from(cycles) * CYCLE);
     let lead = format!(
-        "{} for {} s, recorded every {} s.",
-        match &replay.generations[..] {
-            [] => counted(robots.len(), "robot", "robots in one world"),
-            own => format!(
-                "The bests of {}, each alone from the same start,",
-                counted(own.len(), "generation", "generations")
-            ),
-        },
-        number(f64::from(replay.cycles) * CYCLE),
-        number(f64::from(*every) * CYCLE),
+        "{who} for {} s, recorded every {} s.",
+        seconds(replay.cycles),
+        seconds(*every)
     );
     player::page(&Player {
         title: replay.title,
         lead: &lead,
         drawn: "The arena from above, with its floor, walls, objects, lamps and robots",
         switches: SWITCHES,
-        strip: "",
+        strip: match &replay.compared {
+            Compared::Generations(_) if !replay.is_alone() => WORLDS,
+            _ => "",
+        },
         panel: PANEL,
         facts: &replay.facts(),
         script: "episode",
@@ -150,6 +196,16 @@ impl Reading {
 }
 
 impl EpisodeReplay<'_> {
+    /// The number of robots in each world.
+    pub(super) fn each(&self) -> usize {
+        self.robots.len() / self.compared.worlds()
+    }
+
+    /// Whether robots of several worlds, each alone in one, are shown in one arena.
+    pub(super) fn is_alone(&self) -> bool {
+        self.each() == 1 && !matches!(self.compared, Compared::Nothing)
+    }
+
     /// Every robot in every line, line after line.
     fn seen(&self) -> impl Iterator<Item = (&Trace, usize)> {
         (0..self.robots[0].len()).flat_map(|line| self.robots.iter().map(move |robot| (robot, line)))
@@ -209,27 +265,36 @@ impl EpisodeReplay<'_> {
     }
 
     /// What is drawn on each robot.
-    fn names(&self) -> Value {
-        match &self.generations[..] {
-            [] => (0..self.robots.len()).collect(),
-            own => json!(own),
-        }
+    fn names(&self) -> Vec<Value> {
+        let name = |robot| {
+            if self.is_alone() {
+                self.compared.name(robot)
+            } else {
+                json!(robot % self.each())
+            }
+        };
+        (0..self.robots.len()).map(name).collect()
     }
 
-    /// The name and colour of each robot without a machine: those of its generation or of its team, if there are several.
+    /// The name and colour of each robot without a machine: those of its team, if there are several, or of its world.
     pub(super) fn plain(&self) -> Vec<(String, String)> {
+        let each = self.each();
         let genes = self.world.genes_of(0).len().max(1);
-        let team = |robot: usize| self.world.genes_of(robot as u32).start / genes;
-        let teams = (0..self.robots.len()).map(team).max().map_or(1, |last| last + 1);
-        let last = self.robots.len().saturating_sub(1).max(1) as f64;
-        let named = |robot: usize| match &self.generations[..] {
-            [] if (2..=COLOURS.len()).contains(&teams) => {
+        let team = |robot: usize| self.world.genes_of((robot % each) as u32).start / genes;
+        let teams = (0..each).map(team).max().map_or(1, |last| last + 1);
+        let named = |robot| {
+            if (2..=COLOURS.len()).contains(&teams) {
                 (format!("team {}", team(robot)), COLOURS[team(robot)].to_owned())
+            } else {
+                match &self.compared {
+                    Compared::Generations(own) if self.is_alone() => {
+                        (format!("generation {}", own[robot]), self.compared.colour(robot))
+                    }
+                    // Opponents may have one genome between them.
+                    Compared::Nothing if each == 2 => (format!("robot {robot}"), COLOURS[robot].to_owned()),
+                    _ => (String::new(), self.compared.colour(robot / each)),
+                }
             }
-            // Opponents may have one genome between them.
-            [] if self.robots.len() == 2 => (format!("robot {robot}"), COLOURS[robot].to_owned()),
-            [] => (String::new(), COLOURS[0].to_owned()),
-            own => (format!("generation {}", own[robot]), ramp(&AGES, robot as f64 / last)),
         };
         (0..self.robots.len()).map(named).collect()
     }
@@ -307,7 +372,7 @@ impl EpisodeReplay<'_> {
         let heard = self.places(DetailKind::Heard);
         let senders = self.seen().flat_map(|(trace, line)| {
             let words = heard.iter().flat_map(move |place| halves(trace.details(line)[*place]));
-            words.take(self.robots.len().div_ceil(16))
+            words.take(self.each().div_ceil(16))
         });
         let earned = (0..self.robots[0].len()).flat_map(|line| {
             let each = self.earned.iter().map(move |earned| earned[line]);
@@ -318,7 +383,10 @@ impl EpisodeReplay<'_> {
         let acts = self.acts().into_iter().enumerate();
         let acts = acts.map(|(state, name)| look(&name, COLOURS[state % COLOURS.len()]));
         let plain = self.plain().into_iter().map(|(name, colour)| look(&name, &colour));
-        let fitness = self.robots[0].iter().flat_map(|robot| halves(robot.fitness.to_bits()));
+        let first_of_each = self.robots.iter().step_by(self.each());
+        let fitness =
+            (0..self.robots[0].len()).flat_map(|line| first_of_each.clone().map(move |robot| robot[line].fitness));
+        let world = |world| json!({ "name": self.compared.name(world), "colour": self.compared.colour(world) });
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
         let mut facts = pose_facts(&poses, spec.robot.body_radius);
         facts.extend([
@@ -328,19 +396,16 @@ impl EpisodeReplay<'_> {
             ("diagram", diagram),
             ("sensors", json!(self.sensors())),
             ("plain", plain.collect()),
-            (
-                "who",
-                json!(if self.generations.is_empty() {
-                    "robot"
-                } else {
-                    "generation"
-                }),
-            ),
-            ("names", self.names()),
+            ("who", json!(if self.is_alone() { "generation" } else { "robot" })),
+            ("worlds", (0..self.compared.worlds()).map(world).collect()),
+            ("names", json!(self.names())),
             ("times", times.collect()),
             ("view", json!(view(&spec.arena, spec.robot.body_radius, &poses))),
-            // For each line.
-            ("fitness", json!(packed(fitness))),
+            // For each line, for each world.
+            (
+                "fitness",
+                json!(packed(fitness.flat_map(|fitness| halves(fitness.to_bits())))),
+            ),
             // For each line, for each robot; of readings and senders several.
             ("state", json!(packed(self.machine_states().into_iter()))),
             ("senders", json!(packed(senders))),

@@ -115,7 +115,7 @@ impl<'a> Frames<'a> {
     }
 
     fn trail(&self, svg: &mut Svg, robot: usize, line: usize) {
-        let is_alone = self.replay.robots.len() == 1 || !self.replay.generations.is_empty();
+        let is_alone = self.replay.robots.len() == 1 || self.replay.is_alone();
         let (seconds, colour, strength, width) = if is_alone {
             let width = (5.0 * self.sheet.scale).max(1.4);
             (LONG_TRAIL, &*self.plain[robot], 0.6, width)

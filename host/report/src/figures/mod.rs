@@ -28,7 +28,7 @@ pub use arena::{Path, arena, life, paths};
 pub use bands::{Band, Ground, Panel, bands, evenly, grid, panel};
 pub use curve::{Series, learning_curve};
 pub use elites::{Axis, ElitesReplay, ShownElite, elites_page};
-pub use episode::{EpisodeReplay, bytes_of_record, episode_page};
+pub use episode::{Compared, EpisodeReplay, bytes_of_record, episode_page};
 pub use factor::{Column, Outcomes, Scale, factor, level_styles};
 pub use foraging::{foragers, scenarios};
 pub use frames::Frames;

@@ -1,4 +1,5 @@
-//! `oneiro replay --generations`: the bests of several generations on one page, each alone from the same start.
+//! `oneiro replay --generations`: the bests of several generations on one page, each from the same start: single robots in one arena, one swarm
+//! after another.
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::parameter::Choice;
@@ -7,12 +8,13 @@ use oneiro_base::console::decimal;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
+use oneiro_evolve::Champion;
 use oneiro_report::figures;
 use serde_json::json;
 
-use super::individuals::Individuals;
 use super::job::keys;
-use super::{Recorded, Replay, Single, taken, together};
+use super::together::{self, Watched};
+use super::{Recorded, Replay, Single, taken};
 use crate::engine::handle::Engine;
 use crate::lives::Keys;
 
@@ -24,12 +26,7 @@ pub(super) const LEARNING: &str = "learning.html";
 pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine) -> Result<Answer> {
     let experiment = &single.experiment;
     let settings = experiment.settings();
-    if experiment.world().robots() > 1 {
-        return Err(Failure::input(
-            "--generations: is given, and the robots of a swarm share their world; allowed: runs of single robots",
-        ));
-    }
-    let all = Individuals::read(run.directory, experiment)?;
+    let all = super::replay::individuals(run, experiment, "--generations")?;
     let bests = replay
         .generations
         .iter()
@@ -54,19 +51,40 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
             key,
         })
         .collect();
+    let title = format!("{}, seed {}: how it learned", experiment.name(), run.seed);
+    let is_swarm = experiment.world().robots() > 1;
     let every = replay.every.min(experiment.world().cycles());
-    let episodes = engine.evaluate(&Batch::new(&worlds, &rollouts, Some(TraceRequest { every }))?)?;
-
-    if let Some((best, _)) = bests.iter().zip(&episodes.traces).find(|(_, trace)| trace.is_empty()) {
-        return Err(Failure::input(format_args!(
-            "--generations: the episode of generation {}'s best ends before its first cycle; allowed: other generations, or --seed N",
+    let trace = (!is_swarm).then_some(TraceRequest { every });
+    let episodes = engine.evaluate(&Batch::new(&worlds, &rollouts, trace)?)?;
+    let refused = |best: &Champion, why: &str| {
+        Failure::input(format_args!(
+            "--generations: there is no page of generation {}'s best: {why}; allowed: other generations, or --seed N",
             best.generation
-        )));
-    }
+        ))
+    };
+    let watched: Vec<Watched>;
+    let shown = if is_swarm {
+        if replay.picture.is_some() || replay.film.is_some() {
+            return Err(Failure::input(
+                "--generations: the swarms of several generations are on one page, and not in one picture or film; allowed: --generation N",
+            ));
+        }
+        let watch = |((best, life), fitness): ((&Champion, &Rollout<'_>), &f32)| {
+            let world = &worlds[life.world];
+            let watched = together::watch(world, life, every, *fitness, bests.len(), engine)?;
+            watched.map_err(|why| refused(best, &why))
+        };
+        let all = bests.iter().zip(&rollouts).zip(&episodes.fitness).map(watch);
+        watched = all.collect::<Result<_>>()?;
+        together::of_swarms(&bests, &watched, &title)
+    } else {
+        if let Some((best, _)) = bests.iter().zip(&episodes.traces).find(|(_, trace)| trace.is_empty()) {
+            return Err(refused(best, together::NO_CYCLE));
+        }
+        together::of_bests(&worlds[0], &bests, &episodes.traces, every, &title)
+    };
     plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     let path = replay.out.join(LEARNING);
-    let title = format!("{}, seed {}: how it learned", experiment.name(), run.seed);
-    let shown = together::of_generations(&worlds[0], &bests, &episodes.traces, every, &title);
     disk::write(&path, figures::episode_page(&shown).as_bytes())?;
     let taken = taken::write(replay, &shown)?.map(|file| file.map(|file| file.display().to_string()));
     let rows = bests.iter().zip(&episodes.fitness).map(|(best, fitness)| {

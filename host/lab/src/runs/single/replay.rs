@@ -12,7 +12,6 @@ use oneiro_base::console::decimal;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
-use oneiro_evolve::Champion;
 use oneiro_report::figures::{self, EpisodeReplay};
 use oneiro_report::numbers::significant;
 use serde_json::json;
@@ -25,6 +24,9 @@ use crate::engine::handle::Engine;
 use crate::genomes;
 use crate::lives::Keys;
 use crate::reality::site::LIVES;
+
+/// A warning, before the reason.
+const NO_PAGE: &str = "there is no page that plays the episode";
 
 /// Simulates the champion's episodes again, compares its score with the recorded one, and writes one episode's path and trace. An
 /// episode from another start, with other random numbers or of another genome is also written, but not compared.
@@ -46,7 +48,9 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     }
     let champion = match (replay.elite, replay.generation) {
         (Some(cell), _) => super::archive::elite(run, experiment, cell)?,
-        (None, Some(generation)) => individual(run, experiment, generation, replay.individual)?,
+        (None, Some(generation)) => {
+            individuals(run, experiment, "--generation")?.of_generation(generation, replay.individual)?
+        }
         (None, None) => super::champion(run, experiment)?,
     };
     let mut messages = Vec::new();
@@ -135,22 +139,23 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     };
     let (mut taken, mut warnings) = ([None, None], Vec::new());
     if trace.is_empty() {
-        warnings.push("there is no page that plays the episode: it ends before its first cycle".to_owned());
+        warnings.push(format!("{NO_PAGE}: {}", together::NO_CYCLE));
     } else if world.robots() == 1 {
         let episode = together::of_one(&world, shown.genes, &trace, every, &title);
         files.push(page(&episode)?);
         taken = taken::write(replay, &episode)?;
     } else {
-        let (watched, warning) = together::watch(&world, &shown, replay.every, life, engine)?;
-        if let Some(watched) = watched {
-            let episode = watched.episode(&title);
-            files.push(page(&episode)?);
-            let table = directory.join(format!("{stem}-robots.csv"));
-            disk::write(&table, watched.table().as_bytes())?;
-            files.push(table);
-            taken = taken::write(replay, &episode)?;
+        match together::watch(&world, &shown, replay.every, life, 1, engine)? {
+            Ok(watched) => {
+                let episode = watched.episode(&title);
+                files.push(page(&episode)?);
+                let table = directory.join(format!("{stem}-robots.csv"));
+                disk::write(&table, watched.table().as_bytes())?;
+                files.push(table);
+                taken = taken::write(replay, &episode)?;
+            }
+            Err(why) => warnings.push(format!("{NO_PAGE}: {why}")),
         }
-        warnings.extend(warning);
     }
     let text = |file: &PathBuf| file.display().to_string();
     let files: Vec<String> = files.iter().map(text).collect();
@@ -226,14 +231,14 @@ fn differences(replay: &Replay<'_>) -> String {
     all.into_iter().flatten().collect()
 }
 
-/// An individual of a recorded generation.
-fn individual(run: &Recorded<'_>, experiment: &Experiment, generation: u32, number: Option<u32>) -> Result<Champion> {
+/// All recorded individuals, which an option asks for.
+pub(super) fn individuals(run: &Recorded<'_>, experiment: &Experiment, option: &str) -> Result<Individuals> {
     if experiment.settings().evolution.is_coevolution() {
-        return Err(Failure::input(
-            "--generation: is given, and this run's individuals were scored against opponents; allowed: runs of one population",
-        ));
+        return Err(Failure::input(format_args!(
+            "{option}: is given, and this run's individuals were scored against opponents; allowed: runs of one population"
+        )));
     }
-    Individuals::read(run.directory, experiment)?.of_generation(generation, number)
+    Individuals::read(run.directory, experiment)
 }
 
 /// The one genome of a file.

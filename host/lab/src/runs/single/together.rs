@@ -1,6 +1,5 @@
 //! The page of `oneiro replay` that plays an episode; for swarms also a table with a row for each robot.
 
-use std::fmt::Display;
 use std::sync::Arc;
 
 use oneiro::automode::Form;
@@ -12,7 +11,7 @@ use oneiro_base::contents::Column;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::Champion;
 use oneiro_report::csv::Csv;
-use oneiro_report::figures::{self, EpisodeReplay};
+use oneiro_report::figures::{self, Compared, EpisodeReplay};
 use oneiro_report::numbers::significant;
 
 use crate::engine::handle::Engine;
@@ -20,6 +19,8 @@ use crate::engine::handle::Engine;
 /// Words of a trace in memory at a time, 64 MB, and bytes of a page.
 const WORDS: usize = 16 << 20;
 const PAGE: usize = 4_900_000;
+/// Why an episode has no page.
+pub(super) const NO_CYCLE: &str = "it ends before its first cycle";
 
 pub(super) static COLUMNS: [Column; 6] = [
     Column::whole("robot", "", "its number, from 0"),
@@ -79,79 +80,123 @@ fn genes_of_robots<'a>(world: &World, genome: &'a [f32]) -> Vec<&'a [f32]> {
         .collect()
 }
 
+/// An episode on a page.
+struct Shown<'a> {
+    /// The trace of each robot, and its earnings; empty unless robots have scores.
+    robots: Vec<Trace>,
+    earned: Vec<Vec<f32>>,
+    cycles: u32,
+    genome: &'a [f32],
+}
+
+impl<'a> Shown<'a> {
+    /// That of a single robot.
+    fn alone(world: &World, genome: &'a [f32], trace: &Trace, every: u32) -> Self {
+        Self {
+            robots: vec![trace.clone()],
+            earned: Vec::new(),
+            cycles: (trace.len() as u32 * every).min(world.cycles()),
+            genome,
+        }
+    }
+}
+
+/// Episodes that start alike, in worlds like this one, whose traces have a record each `every` cycles. One that ends earlier stays where it
+/// ended.
+fn together<'a>(
+    world: &'a World,
+    episodes: Vec<Shown<'a>>,
+    compared: Compared,
+    every: u32,
+    title: &'a str,
+) -> EpisodeReplay<'a> {
+    let longest = episodes.iter().map(|own| own.robots[0].len()).max().unwrap_or(0);
+    let cycles = episodes.iter().map(|own| own.cycles).max().unwrap_or(0);
+    let robots = episodes.len() * episodes[0].robots.len();
+    let most = (PAGE / figures::bytes_of_record(world) / robots).max(1);
+    let thinned = longest.div_ceil(most).max(1);
+    let (mut traces, mut earned, mut genes) = (Vec::new(), Vec::new(), Vec::new());
+    for own in episodes {
+        genes.extend(genes_of_robots(world, own.genome));
+        traces.extend(own.robots.into_iter().map(|mut trace| {
+            let last = trace.thinned(trace.len() - 1, 1);
+            while trace.len() < longest {
+                trace.append(&last);
+            }
+            trace.thinned(0, thinned)
+        }));
+        earned.extend(own.earned.into_iter().map(|mut earned| {
+            earned.resize(longest, earned.last().copied().unwrap_or_default());
+            earned.into_iter().step_by(thinned).collect::<Vec<_>>()
+        }));
+    }
+    EpisodeReplay {
+        title,
+        world,
+        cycles,
+        robots: traces,
+        compared,
+        every: every * thinned as u32,
+        earned,
+        genes,
+    }
+}
+
 /// A single robot's episode, whose trace has a record each `every` cycles.
 pub(super) fn of_one<'a>(
     world: &'a World,
-    genes: &'a [f32],
+    genome: &'a [f32],
     trace: &Trace,
     every: u32,
     title: &'a str,
 ) -> EpisodeReplay<'a> {
-    let most = (PAGE / figures::bytes_of_record(world)).max(1);
-    let thinned = trace.len().div_ceil(most).max(1);
-    EpisodeReplay {
-        title,
-        world,
-        cycles: (trace.len() as u32 * every).min(world.cycles()),
-        robots: vec![trace.thinned(0, thinned)],
-        generations: Vec::new(),
-        every: every * thinned as u32,
-        earned: Vec::new(),
-        genes: genes_of_robots(world, genes),
-    }
+    let own = Shown::alone(world, genome, trace, every);
+    together(world, vec![own], Compared::Nothing, every, title)
 }
 
-/// Episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles. One that ends earlier
-/// stays where it ended.
-pub(super) fn of_generations<'a>(
+/// Episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles.
+pub(super) fn of_bests<'a>(
     world: &'a World,
     bests: &'a [Champion],
     traces: &[Trace],
     every: u32,
     title: &'a str,
 ) -> EpisodeReplay<'a> {
-    let longest = traces.iter().map(|trace| trace.len()).max().unwrap_or(0);
-    let most = (PAGE / figures::bytes_of_record(world) / traces.len()).max(1);
-    let thinned = longest.div_ceil(most).max(1);
-    let levelled = traces.iter().map(|trace| {
-        let mut levelled = trace.clone();
-        let last = trace.thinned(trace.len().saturating_sub(1), 1);
-        while !last.is_empty() && levelled.len() < longest {
-            levelled.append(&last);
-        }
-        levelled.thinned(0, thinned)
-    });
-    let levelled: Vec<Trace> = levelled.collect();
-    let earned = |trace: &Trace| trace.iter().map(|record| record.fitness).collect();
-    EpisodeReplay {
-        title,
-        world,
-        cycles: (longest as u32 * every).min(world.cycles()),
-        earned: levelled.iter().map(earned).collect(),
-        robots: levelled,
-        generations: bests.iter().map(|best| best.generation).collect(),
-        every: every * thinned as u32,
-        genes: bests
-            .iter()
-            .flat_map(|best| genes_of_robots(world, &best.genome))
-            .collect(),
-    }
+    let own = bests.iter().zip(traces);
+    let own = own.map(|(best, trace)| Shown::alone(world, &best.genome, trace, every));
+    together(world, own.collect(), generations(bests), every, title)
 }
 
-/// Re-simulates and observes an episode of a swarm. None with a warning if the world can't be observed.
+/// Such episodes of swarms, which have been watched as parts of one page.
+pub(super) fn of_swarms<'a>(bests: &[Champion], watched: &'a [Watched], title: &'a str) -> EpisodeReplay<'a> {
+    let Watched { world, every, .. } = &watched[0];
+    together(
+        world,
+        watched.iter().map(Watched::shown).collect(),
+        generations(bests),
+        *every,
+        title,
+    )
+}
+
+fn generations(bests: &[Champion]) -> Compared {
+    Compared::Generations(bests.iter().map(|best| best.generation).collect())
+}
+
+/// Re-simulates and observes an episode of a swarm, one of `episodes` of a page; or says why it can't be shown.
 pub(super) fn watch(
     world: &World,
     life: &Rollout<'_>,
     every: u32,
     fitness: f32,
+    episodes: usize,
     engine: &Engine,
-) -> Result<(Option<Watched>, Option<String>)> {
-    let none = |why: &dyn Display| (None, Some(format!("there is no page that plays the episode: {why}")));
+) -> Result<std::result::Result<Watched, String>> {
     let observed = match world.observed() {
         Ok(observed) => observed,
-        Err(invalid) => return Ok(none(&invalid)),
+        Err(invalid) => return Ok(Err(invalid.to_string())),
     };
-    let mut watched = Watched::new(observed, life, every);
+    let mut watched = Watched::new(observed, life, every, episodes);
     // The code requested by the user may exist only for unobserved worlds; the bits are the same.
     let processor = Engine::new(Box::new(Cpu::new(Some(1))?), Arc::clone(engine.stop()));
     let lived = watched.live(life, &processor)?;
@@ -162,9 +207,9 @@ pub(super) fn watch(
         )));
     }
     if watched.robots[0].cycles == 0 {
-        return Ok(none(&"it ends before its first cycle"));
+        return Ok(Err(NO_CYCLE.to_owned()));
     }
-    Ok((Some(watched), None))
+    Ok(Ok(watched))
 }
 
 /// The page of a swarm's episode. `None` if its world can't be observed, or the episode ends before its first cycle.
@@ -172,14 +217,14 @@ pub(super) fn page_of_swarm(world: &World, life: &Rollout<'_>, engine: &Engine, 
     let Ok(observed) = world.observed() else {
         return Ok(None);
     };
-    let mut watched = Watched::new(observed, life, 1);
+    let mut watched = Watched::new(observed, life, 1, 1);
     watched.live(life, engine)?;
     Ok((watched.robots[0].cycles > 0).then(|| figures::episode_page(&watched.episode(title))))
 }
 
 impl Watched {
-    fn new(world: World, life: &Rollout<'_>, every: u32) -> Self {
-        let robots = world.robots() as usize;
+    fn new(world: World, life: &Rollout<'_>, every: u32, episodes: usize) -> Self {
+        let robots = episodes * world.robots() as usize;
         let most = PAGE / (robots * figures::bytes_of_record(&world));
         let form = Form::of(world.gene_layout());
         let own = |genes: &[f32]| Lived {
@@ -220,17 +265,21 @@ impl Watched {
 
     /// What is shown of it.
     pub(super) fn episode<'a>(&'a self, title: &'a str) -> EpisodeReplay<'a> {
+        together(&self.world, vec![self.shown()], Compared::Nothing, self.every, title)
+    }
+
+    fn shown(&self) -> Shown<'_> {
         let scores = self.world.details().iter().any(|own| own.kind == DetailKind::Earned);
-        let earned = self.robots.iter().filter(|_| scores).map(|own| own.earned.clone());
-        EpisodeReplay {
-            title,
-            world: &self.world,
-            cycles: self.robots[0].cycles,
+        Shown {
             robots: self.robots.iter().map(|own| own.trace.clone()).collect(),
-            generations: Vec::new(),
-            every: self.every,
-            earned: earned.collect(),
-            genes: genes_of_robots(&self.world, &self.genome),
+            earned: self
+                .robots
+                .iter()
+                .filter(|_| scores)
+                .map(|own| own.earned.clone())
+                .collect(),
+            cycles: self.robots[0].cycles,
+            genome: &self.genome,
         }
     }
 

@@ -73,7 +73,7 @@ impl Life {
             world: &self.world,
             cycles: self.world.cycles(),
             robots: self.robots.clone(),
-            generations: Vec::new(),
+            compared: Compared::Nothing,
             every: 1,
             earned: self.earned.clone(),
             genes: robots.map(|robot| &self.genome[self.world.genes_of(robot)]).collect(),
@@ -407,14 +407,11 @@ fn bests_of_generations_are_on_one_page() {
     };
     let lives = [0.5, -0.25].map(|gene| Life::of(spec.clone(), &[gene; 18]));
     let robots = lives.each_ref().map(|life| life.robots[0].clone());
-    let earned = robots
-        .each_ref()
-        .map(|trace| trace.iter().map(|record| record.fitness).collect::<Vec<_>>());
     let genes = lives.each_ref().map(|life| &*life.genome);
     let page = episode_page(&EpisodeReplay {
         robots: robots.to_vec(),
-        generations: vec![0, 30],
-        earned: earned.to_vec(),
+        compared: Compared::Generations(vec![0, 30]),
+        earned: Vec::new(),
         genes: genes.to_vec(),
         ..lives[0].replay()
     });
@@ -440,6 +437,88 @@ fn bests_of_generations_are_on_one_page() {
             "{score}"
         );
     }
+}
+
+#[test]
+fn swarms_of_several_generations_take_turns_on_a_page() {
+    let stops = Machine {
+        states: vec![MachineState {
+            behaviour: Behaviour::Stop,
+            transitions: Vec::new(),
+        }],
+    };
+    let lives = [Life::machines(), Life::of(epucks(Model::Vectors, 12), &stops.genome())];
+    let robots: Vec<Trace> = lives.iter().flat_map(|life| life.robots.clone()).collect();
+    let earned: Vec<_> = lives.iter().flat_map(|life| life.earned.clone()).collect();
+    let genes = lives.iter().flat_map(|life| life.replay().genes).collect();
+    let page = episode_page(&EpisodeReplay {
+        robots,
+        compared: Compared::Generations(vec![3, 40]),
+        earned,
+        genes,
+        ..lives[0].replay()
+    });
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        const soon = () => new Promise((then) => setTimeout(then, 100));\n\
+        const texts = (what) => [...document.querySelectorAll(what)]\n\
+            .filter((node) => !node.closest('tr').hidden).map((node) => node.textContent);\n\
+        const told = (time) => ({ drawn: window.oneiro.drawn(time).robots, fitness: at('light').textContent,\n\
+            hears: texts('td.hears'), scores: texts('td.score'), robot: at('robot').textContent,\n\
+            numbers: texts('#robots .who'), boxes: document.querySelectorAll('#diagram .box').length,\n\
+            pressed: [...at('worlds').children].map((button) => button.getAttribute('aria-pressed')) });\n\
+        document.querySelectorAll('#robots .who')[12 + 5].click(); await soon();\n\
+        const last = told(5.9);\n\
+        const [first, second] = at('worlds').children; first.click(); await soon();\n\
+        const box = at('arena').getBoundingClientRect();\n\
+        const [x, y] = window.oneiro.shown(7);\n\
+        const others = told(5.9);\n\
+        at('arena').dispatchEvent(new MouseEvent('click', { clientX: box.left + x, clientY: box.top + y })); await soon();\n\
+        return { last, others, clicked: at('robot').textContent, lead: document.querySelector('.lead').textContent,\n\
+            worlds: [...at('worlds').children].map((button) => button.textContent) };";
+    let Some(told) = browser::told("episode-swarms", &page, ask) else {
+        return;
+    };
+    assert_eq!(told["worlds"], json!(["3", "40"]));
+    assert!(
+        told["lead"]
+            .as_str()
+            .unwrap()
+            .starts_with("The bests of 2 generations, each with 12 robots in one world,")
+    );
+    for (shown, world) in [("last", 1), ("others", 0)] {
+        let (shown, life) = (&told[shown], &lives[world]);
+        assert_eq!(
+            shown["pressed"],
+            json!([world == 0, world == 1].map(|own| own.to_string()))
+        );
+        let fitness = format!(
+            "Generation {}: fitness if the episode ended now: {}",
+            [3, 40][world],
+            life.robots[0][59].fitness
+        );
+        assert_eq!(shown["fitness"], fitness);
+        assert_eq!(shown["boxes"], [2, 1][world], "states of its machine");
+        assert_eq!(
+            shown["numbers"],
+            json!((0..12).map(|robot| robot.to_string()).collect::<Vec<_>>())
+        );
+        let drawn = shown["drawn"].as_array().unwrap();
+        assert_eq!(drawn.len(), 12);
+        let mut heard = 0;
+        for (robot, drawn) in drawn.iter().enumerate() {
+            assert_eq!(drawn["name"], robot);
+            assert!((drawn["x"].as_f64().unwrap() - f64::from(life.robots[robot][59].x)).abs() < 0.055);
+            let hears = life.word(robot, 59, DetailKind::Heard, "heard_0");
+            assert_eq!(shown["hears"][robot], hears.count_ones().to_string());
+            assert_eq!(shown["scores"][robot], (59 * (robot + 1)).to_string());
+            heard += hears.count_ones();
+        }
+        assert!(heard > 0);
+        // The followed robot is the same in the other world.
+        assert!(shown["robot"].as_str().unwrap().starts_with("Robot 5: "), "{shown}");
+    }
+    assert!(told["clicked"].as_str().unwrap().starts_with("Robot 7: "));
 }
 
 #[test]
