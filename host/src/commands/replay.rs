@@ -1,9 +1,10 @@
 //! `oneiro replay`: evaluates a finished run's best again.
 
 use oneiro_base::console::Console;
-use oneiro_base::exit::Result;
+use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::device;
 use oneiro_lab::experiment::GREATEST_SEED;
+use oneiro_lab::reality::site::Robots;
 use oneiro_lab::record::SavedRun;
 use oneiro_lab::runs::Replay;
 
@@ -16,6 +17,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
     let named = named_or_newest(arguments.run_dir.as_deref(), &[RUNS], console)?;
     let run = SavedRun::open(&list::one(&named)?)?;
     let recorded = run.finished()?;
+    let surrogate = arguments.robot.as_deref().map(surrogate).transpose()?;
     let replay = Replay {
         out: arguments.out.as_deref().unwrap_or(run.directory()),
         trial: arguments.trial,
@@ -28,6 +30,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         individual: arguments.individual,
         generations: &arguments.generations,
         genome: arguments.genome.as_deref(),
+        surrogate: surrogate.map(|seed| (seed, arguments.severity)),
     };
     let engine = arguments.backend.engine()?;
     let answer = run.experiment().replay(&recorded, &replay, &engine, console.bars())?;
@@ -45,6 +48,17 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         None => format!("oneiro verify {name} --recompute"),
     });
     Ok(())
+}
+
+/// The seed of a surrogate by its address.
+fn surrogate(address: &str) -> Result<u64> {
+    match Robots::at(&[address.to_owned()]) {
+        Ok(Robots::Surrogate(seed)) => Ok(seed),
+        Ok(Robots::Wired(_)) => Err(Failure::input(format_args!(
+            "--robot {address}: is a connected robot; allowed: a surrogate, such as surrogate:1"
+        ))),
+        Err(problem) => Err(Failure::input(format_args!("--robot: {problem}"))),
+    }
 }
 
 /// A seed that a run has not seen.

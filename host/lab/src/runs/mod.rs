@@ -213,6 +213,8 @@ pub struct Replay<'a> {
     pub generations: &'a [u32],
     /// The file of a genome other than the champion's.
     pub genome: Option<&'a Path>,
+    /// The seed and the severity of a surrogate that is shown next to the simulator.
+    pub surrogate: Option<(u64, Option<f32>)>,
 }
 
 impl Replay<'_> {

@@ -61,6 +61,8 @@ pub enum Compared<'a> {
     Nothing,
     /// Whose best it is.
     Generations(&'a [u32]),
+    /// What simulates the robot: such as `simulator` or `surrogate`.
+    Realities(&'a [&'a str]),
 }
 
 impl Compared<'_> {
@@ -69,6 +71,7 @@ impl Compared<'_> {
         match self {
             Self::Nothing => 1,
             Self::Generations(own) => own.len(),
+            Self::Realities(own) => own.len(),
         }
     }
 
@@ -77,6 +80,16 @@ impl Compared<'_> {
         match self {
             Self::Nothing => json!(""),
             Self::Generations(own) => json!(own[world]),
+            Self::Realities(own) => json!(own[world]),
+        }
+    }
+
+    /// What precedes a world's name.
+    fn who(self) -> &'static str {
+        match self {
+            Self::Nothing => "",
+            Self::Generations(_) => "generation",
+            Self::Realities(_) => "the",
         }
     }
 
@@ -84,7 +97,7 @@ impl Compared<'_> {
     fn colour(self, world: usize) -> String {
         match self {
             Self::Nothing => COLOURS[0].to_owned(),
-            Self::Generations(_) => ramp(&AGES, world as f64 / (self.worlds() - 1).max(1) as f64),
+            Self::Generations(_) | Self::Realities(_) => ramp(&AGES, world as f64 / (self.worlds() - 1).max(1) as f64),
         }
     }
 }
@@ -108,17 +121,21 @@ const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
     let EpisodeReplay { every, .. } = replay;
     let robots = counted(replay.each(), "robot", "robots in one world");
+    let each = if replay.is_alone() {
+        "each alone".to_owned()
+    } else {
+        format!("each with {robots},")
+    };
     let who = match replay.compared {
         Compared::Nothing => robots,
         Compared::Generations(own) => {
-            let each = if replay.is_alone() {
-                "each alone".to_owned()
-            } else {
-                format!("each with {robots},")
-            };
             let bests = counted(own.len(), "generation", "generations");
             format!("The bests of {bests}, {each} from the same start,")
         }
+        Compared::Realities(own) => format!(
+            "The same controller in the {}, {each} from the same start,",
+            own.join(" and the ")
+        ),
     };
     let seconds = |cycles: u32| number(f64::from(cycles) * CYCLE);
     let lead = format!(
@@ -266,6 +283,7 @@ impl EpisodeReplay<'_> {
             } else {
                 let name = match self.compared {
                     Compared::Generations(own) if self.is_alone() => format!("generation {}", own[robot]),
+                    Compared::Realities(own) if self.is_alone() => own[robot].to_owned(),
                     _ => String::new(),
                 };
                 (name, self.compared.colour(robot / each))
@@ -369,7 +387,10 @@ impl EpisodeReplay<'_> {
             ("diagram", diagram),
             ("sensors", json!(self.sensors())),
             ("plain", json!(self.plain())),
-            ("who", json!(if self.is_alone() { "generation" } else { "robot" })),
+            (
+                "who",
+                json!(if self.is_alone() { self.compared.who() } else { "robot" }),
+            ),
             ("worlds", (0..self.compared.worlds()).map(world).collect()),
             ("names", json!(self.names())),
             ("times", times.collect()),
