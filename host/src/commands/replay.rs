@@ -14,10 +14,10 @@ use crate::cli;
 
 /// Evaluates the best again, compares it with the record, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
+    let surrogate = arguments.robot.as_deref().map(surrogate).transpose()?;
     let named = named_or_newest(arguments.run_dir.as_deref(), &[RUNS], console)?;
     let run = SavedRun::open(&list::one(&named)?)?;
     let recorded = run.finished()?;
-    let surrogate = arguments.robot.as_deref().map(surrogate).transpose()?;
     let replay = Replay {
         out: arguments.out.as_deref().unwrap_or(run.directory()),
         trial: arguments.trial,
