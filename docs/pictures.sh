@@ -8,9 +8,9 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 
-# take PAGE#PLACE PICTURE MILLISECONDS: the page of a file at that place, after some time.
+# take PAGE#PLACE PICTURE MILLISECONDS HEIGHT: the page of a file at that place, after some time.
 take() {
-    chromium --headless --no-sandbox --disable-gpu --user-data-dir="$folder/profile" --window-size=1280,800 \
+    chromium --headless --no-sandbox --disable-gpu --user-data-dir="$folder/profile" --window-size=1280,"${4:-800}" \
         --virtual-time-budget="${3:-3000}" --screenshot="$docs/$2" "file://$folder/$1" 2>/dev/null
 }
 
@@ -22,7 +22,7 @@ take 'swarm/replay-0.html#t=24&robot=6' swarms-page.png
 "$program" new first
 "$program" run first.toml --seed 1 --out first --quiet
 "$program" replay first --generations 0,3,10,199 --quiet
-take 'first/learning.html#t=20' learning-page.png
+take 'first/learning.html#t=20' learning-page.png 3000 900
 
 for noise in 0.0 0.3; do
     "$program" run first.toml --seeds 1..3 --set "noise.motor=$noise" --quiet

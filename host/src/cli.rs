@@ -752,6 +752,20 @@ pub(crate) struct Replay {
     #[arg(long, value_name = "N,..", value_delimiter = ',', conflicts_with_all = ["elite", "elites", "genome", "generation", "start"],
         value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) generations: Vec<u32>,
+    /// Also replay it on this surrogate, such as surrogate:1, and show both robots on one page, replay-surrogate-1.html
+    #[arg(long, value_name = "ROBOT", conflicts_with_all = ["elites", "generations"])]
+    pub(crate) robot: Option<String>,
+    #[arg(
+        long,
+        value_name = "LAMBDA",
+        requires = "robot",
+        value_parser = of_key::<f32>("reality.severity"),
+        help = format!(
+            "How much the surrogate differs from its simulator, 0 to 2 [default: as in the run if this is its surrogate, else {}]",
+            SEVERITY
+        )
+    )]
+    pub(crate) severity: Option<f32>,
     /// Replay the elite of this archive cell instead (archive.csv lists them)
     #[arg(long, value_name = "CELL", conflicts_with = "genome", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) elite: Option<u32>,

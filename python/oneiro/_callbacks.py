@@ -28,7 +28,9 @@ Files = Sequence[Path]
 # What a finished run's directory offers to keep.
 _FILES = ("champion.json", "champion.npy", "config.toml", "report.html", "DONE")
 # Columns that are no measurements.
-_NUMBERS = {"robot", "individual", "best_bits"}
+_NUMBERS = ("robot", "individual")
+# The ending of columns that have a value's bits.
+_BITS = "_bits"
 
 
 class Callback:
@@ -76,7 +78,8 @@ def _steps(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[tuple
     for number, group in itertools.groupby(rows, key=lambda row: row[0]):
         values = {}
         for name, *cells in zip(head, *group, strict=True):
-            numbers = [float(cell) for cell in cells if cell] if name not in _NUMBERS else []
+            is_measured = name not in _NUMBERS and not name.endswith(_BITS)
+            numbers = [float(cell) for cell in cells if cell] if is_measured else []
             if numbers and name != head[0]:
                 values[name] = sum(numbers) / len(numbers)
         yield int(number), values

@@ -630,6 +630,61 @@ fn an_episode_is_a_picture_and_a_film() {
     assert_eq!(fs::read(place.at("c.gif")).unwrap(), film);
 }
 
+/// The surrogate's episode is the recorded one, and the simulator's that of a run without reality.
+#[test]
+fn a_champion_is_seen_in_the_simulator_and_on_a_surrogate() {
+    let place = Place::new("realities");
+    place.small_experiment();
+    let real = [
+        "--set",
+        "reality.robot=\"surrogate:3\"",
+        "--set",
+        "reality.generations=2",
+        "--set",
+        "reality.severity=0.5",
+    ];
+    place.evolved("small.toml", "7", "real", &real);
+    place.evolved("small.toml", "7", "simulated", &[]);
+    let replay = |run: &str, more: &[&str]| place.answer(&[&["replay", run, "--json"], more].concat());
+    let both = |more: &[&str]| {
+        let told = replay("real", more);
+        assert_eq!(
+            [0, 1].map(|own| &told["realities"][own]["name"]),
+            ["simulator", "surrogate"]
+        );
+        [0, 1].map(|own| told["realities"][own]["fitness"].as_f64().unwrap())
+    };
+    let own = both(&["--robot", "surrogate:3", "--trial", "1"]);
+    let recorded = replay("real", &["--trial", "1"]);
+    assert_eq!(recorded["compared"], true);
+    assert_eq!(recorded["trial_fitness"], own[1]);
+    assert_eq!(
+        both(&["--robot", "surrogate:3", "--trial", "1", "--severity", "0.5"]),
+        own
+    );
+    for other in [&["surrogate:3", "--severity", "1.5"][..], &["surrogate:4"]] {
+        let other = both(&[&["--trial", "1", "--robot"], other].concat());
+        assert!(other[0] == own[0] && other[1] != own[1], "{other:?}");
+    }
+    let drawn = both(&["--robot", "surrogate:3", "--seed", "4"]);
+    let simulated = replay("simulated", &["--genome", "real/champion.npy", "--seed", "4"]);
+    assert_eq!(simulated["trial_fitness"], drawn[0]);
+    let page = place.text("real/replay-0-seed-4-surrogate-3.html");
+    assert!(
+        page.contains(
+            "The same controller in the simulator and the surrogate, each alone from the same start, for 6 s"
+        )
+    );
+    // Generations of different worlds are also on one page.
+    assert_eq!(
+        replay("real", &["--generations", "0,4"])["generations"][1]["generation"],
+        4
+    );
+    place
+        .run(&["replay", "real", "--robot", "surrogate:3", "--generations", "0"])
+        .exits(2);
+}
+
 #[test]
 fn fitness_is_the_same_by_every_way_in_and_out() {
     let place = Place::new("evaluate");

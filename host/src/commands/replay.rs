@@ -1,9 +1,10 @@
 //! `oneiro replay`: evaluates a finished run's best again.
 
 use oneiro_base::console::Console;
-use oneiro_base::exit::Result;
+use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::device;
 use oneiro_lab::experiment::GREATEST_SEED;
+use oneiro_lab::reality::site::Robots;
 use oneiro_lab::record::SavedRun;
 use oneiro_lab::runs::Replay;
 
@@ -13,6 +14,7 @@ use crate::cli;
 
 /// Evaluates the best again, compares it with the record, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
+    let surrogate = arguments.robot.as_deref().map(surrogate).transpose()?;
     let named = named_or_newest(arguments.run_dir.as_deref(), &[RUNS], console)?;
     let run = SavedRun::open(&list::one(&named)?)?;
     let recorded = run.finished()?;
@@ -32,6 +34,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         at: arguments.at,
         film: arguments.film.as_deref(),
         speed: arguments.speed,
+        surrogate: surrogate.map(|seed| (seed, arguments.severity)),
     };
     let engine = arguments.backend.engine()?;
     let answer = run.experiment().replay(&recorded, &replay, &engine, console.bars())?;
@@ -49,6 +52,17 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         None => format!("oneiro verify {name} --recompute"),
     });
     Ok(())
+}
+
+/// The seed of a surrogate by its address.
+fn surrogate(address: &str) -> Result<u64> {
+    match Robots::at(&[address.to_owned()]) {
+        Ok(Robots::Surrogate(seed)) => Ok(seed),
+        Ok(Robots::Wired(_)) => Err(Failure::input(format_args!(
+            "--robot {address}: is a connected robot; allowed: a surrogate, such as surrogate:1"
+        ))),
+        Err(problem) => Err(Failure::input(format_args!("--robot: {problem}"))),
+    }
 }
 
 /// A seed that a run has not seen.

@@ -48,7 +48,11 @@ pub(super) fn run(arguments: &cli::Watch, console: Console) -> Result {
     } else {
         let elsewhere =
             format!("from another machine: ssh -L {port}:127.0.0.1:{port} THIS_MACHINE, and the same address there");
-        let text = format!("{link}\n{elsewhere}\nCtrl-C ends the page, and no run");
+        let end = match arguments.edit {
+            Some(_) => "Ctrl-C ends the page, and a run of its form, which `oneiro resume` continues",
+            None => "Ctrl-C ends the page, and no run",
+        };
+        let text = format!("{link}\n{elsewhere}\n{end}");
         console.print_answer(&Answer::new(text, json!({ "url": link, "port": port })))?;
     }
     if arguments.open {

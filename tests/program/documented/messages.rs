@@ -287,6 +287,7 @@ fn surrogates_are_offered_where_they_are_taken() {
         (&["robot", "stop"], false),
         (&evaluate, true),
         (&sample, true),
+        (&["replay", "--robot"], true),
         (&["reproduce", "miglino1995", "--robot"], true),
     ] {
         let answers = ["nowhere", "usb:x", "/dev/ttyUSB0", "surrogate"].map(|address| {
@@ -329,6 +330,7 @@ fn surrogates_are_offered_where_they_are_taken() {
         [
             "evaluate",
             "new",
+            "replay",
             "reproduce miglino1995",
             "robot drive",
             "robot light",

@@ -219,6 +219,8 @@ pub struct Replay<'a> {
     pub at: Option<f64>,
     pub film: Option<&'a Path>,
     pub speed: Option<f64>,
+    /// The seed and the severity of a surrogate that is shown next to the simulator.
+    pub surrogate: Option<(u64, Option<f32>)>,
 }
 
 impl Replay<'_> {

@@ -5,7 +5,7 @@ import { SvgPen } from './svg-pen.js';
 
 /**
  * What drawing a frame put where, for tests.
- * @typedef {{ name: number, x: number, y: number, heading: number }} Put
+ * @typedef {{ name: number | string, x: number, y: number, heading: number }} Put
  */
 
 /** The least height that the arena gets, in pixels. */

@@ -66,7 +66,7 @@ class NetworkDiagram {
     const last = nodes[nodes.length - 1].column;
     const columns = Array.from({ length: last + 1 }, (_, column) => nodes.filter((node) => node.column === column));
     const most = Math.max(...columns.map((column) => column.length));
-    const step = Math.min(Math.max(320 / most, 12.5), 20);
+    const step = Math.min(Math.max(320 / most, 12.5), 18);
     this.high = most * step + 6;
     // Lines back to outputs have room before the names.
     const room = lines.some((line) => line.back && nodes[line.to].column === last) ? 16 : 0;

@@ -28,7 +28,7 @@ class Doings {
     /** Whether robots hear each other, whether each has a score, and whether each is alone in its world. */
     this.hears = this.senders.length > 0;
     this.scoresEach = this.earned.length > 0;
-    this.apart = data.who === 'generation';
+    this.apart = data.who !== 'robot';
   }
 
   /** @param {number} robot */
@@ -90,6 +90,7 @@ const chosen = worlds.length > 1 && !apart;
 /** The world that is shown, of which the last one is first. */
 let shown = worlds.length - 1;
 const Who = who[0].toUpperCase() + who.slice(1);
+const Each = who === 'the' ? 'Robot' : Who;
 /** Seconds for which a transition stays marked while the page plays. */
 const MARKED = 0.7;
 /** The reading that the chart shows; -1: fitness. */
@@ -151,7 +152,7 @@ function drawArena() {
 }
 
 const columns = [
-  { text: Who },
+  { text: Each },
   ...(acts.length > 0 ? [{ text: 'State' }] : []),
   ...(hears ? [{ text: 'Hears', className: 'hears', title: 'robots whose messages it hears' }] : []),
   ...(scoresEach ? [{ text: 'Score', className: 'score', title: 'what the task has given it so far' }] : []),
@@ -273,9 +274,9 @@ function drawChart() {
 function showWords(line) {
   const { followed } = player;
   const world = worldNow();
-  const whose = worlds.length > 1 ? `Generation ${worlds[world].name}: fitness` : 'Fitness';
+  const whose = worlds.length > 1 ? `${apart ? Who : 'Generation'} ${worlds[world].name}: fitness` : 'Fitness';
   set(element('light', HTMLElement), 'textContent', `${whose} if the episode ended now: ${shortened(doings.fitness(world, line))}`);
-  let text = alone ? 'Click the robot to see its sensors.' : `Click a ${apart ? 'robot' : who}, or its number in the table, to follow it.`;
+  let text = alone ? 'Click the robot to see its sensors.' : 'Click a robot, or its button in the table, to follow it.';
   if (followed >= 0) {
     const others = doings.heardBy(followed, line).map((other) => names[other]).join(', ');
     const parts = [apart ? '' : doings.act(followed, line).name, hears ? `hears ${others ? `robot ${others}` : 'nobody'}` : ''];
@@ -300,7 +301,7 @@ function show() {
 }
 
 element('each', HTMLElement).hidden = alone;
-element('robots-title', HTMLElement).textContent = `${Who}s`;
+element('robots-title', HTMLElement).textContent = `${Each}s`;
 element('note', HTMLElement).textContent = scoresEach ? '' : 'The mission scores the swarm as a whole, and no robot by itself.';
 /** @type {[string, boolean][]} */
 const switches = [['messages', hears], ['sensors', sensors.length > 0], ['trails', true]];

@@ -44,7 +44,7 @@ import { element } from './dom.js';
 /**
  * What all robots of a page have.
  * @typedef {object} RobotFacts
- * @property {number[]} names
+ * @property {(number | string)[]} names
  * @property {number[]} times each line's cycle
  */
 
@@ -92,7 +92,7 @@ import { element } from './dom.js';
 /**
  * A world of a page. All have the same number of robots, which follow each other.
  * @typedef {object} World
- * @property {number | string} name its generation, or nothing
+ * @property {number | string} name its generation, or what simulates it, or nothing
  * @property {string} colour
  */
 
@@ -107,7 +107,7 @@ import { element } from './dom.js';
  * @property {Reading[]} readings
  * @property {Sensor[]} sensors
  * @property {Act[]} plain each robot without a machine
- * @property {string} who what the names number: robot, or generation if robots of several worlds are shown in one arena
+ * @property {string} who what comes before names: robot; or generation or the, if robots of several worlds are shown in one arena
  * @property {World[]} worlds
  * @property {string} fitness for each line, for each world: floats
  * @property {string} earned for each line, for each robot: floats; empty unless robots have scores

@@ -5,7 +5,7 @@ import { bytes } from './facts.js';
 /** @typedef {{ x: number, y: number, heading: number }} Pose mm, and turns counter-clockwise */
 /**
  * @typedef {object} Poses
- * @property {number[]} names
+ * @property {(number | string)[]} names
  * @property {ArrayLike<number>} times each line's cycle
  * @property {number} unit
  * @property {Int16Array} xs

@@ -7,7 +7,7 @@ import { FONT, inkOn } from './colours.js';
  * @param {import('./record.js').Pose} pose
  * @param {object} robot
  * @param {number} robot.body radius in mm
- * @param {number} robot.name
+ * @param {number | string} robot.name a number is drawn on it
  * @param {import('./facts.js').Act} robot.act
  * @param {boolean} robot.followed
  * @param {(radius: number) => void} [robot.under] draws what it carries
@@ -42,7 +42,7 @@ export function drawRobot(arena, { x, y, heading }, { body, name, act: { colour,
       arena.stroke(style, width);
     }
   }
-  if (radius < 9.5) return;
+  if (radius < 9.5 || typeof name === 'string') return;
   // Behind the front, where there is room.
   const turn = 2 * Math.PI * heading;
   const size = radius * (name > 99 ? 0.72 : 0.84);

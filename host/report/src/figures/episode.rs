@@ -47,7 +47,7 @@ pub struct EpisodeReplay<'a> {
     pub cycles: u32,
     /// The trace of each robot, world after world, with a record each `every` cycles, which is 1 or more.
     pub robots: Vec<Trace>,
-    pub compared: Compared,
+    pub compared: Compared<'a>,
     pub every: u32,
     /// Each robot's earnings up to each record; empty unless each robot has a score.
     pub earned: Vec<Vec<f32>>,
@@ -56,36 +56,49 @@ pub struct EpisodeReplay<'a> {
 }
 
 /// The difference between the worlds of a page. They start alike and have the same number of robots.
-#[derive(Clone)]
-pub enum Compared {
+#[derive(Clone, Copy)]
+pub enum Compared<'a> {
     /// There is one world.
     Nothing,
     /// Whose best it is.
-    Generations(Vec<u32>),
+    Generations(&'a [u32]),
+    /// What simulates the robot: such as `simulator` or `surrogate`.
+    Realities(&'a [&'a str]),
 }
 
-impl Compared {
+impl Compared<'_> {
     /// The number of worlds.
-    fn worlds(&self) -> usize {
+    fn worlds(self) -> usize {
         match self {
             Self::Nothing => 1,
             Self::Generations(own) => own.len(),
+            Self::Realities(own) => own.len(),
         }
     }
 
     /// The name of a world.
-    fn name(&self, world: usize) -> Value {
+    fn name(self, world: usize) -> Value {
         match self {
             Self::Nothing => json!(""),
             Self::Generations(own) => json!(own[world]),
+            Self::Realities(own) => json!(own[world]),
+        }
+    }
+
+    /// What precedes a world's name.
+    fn who(self) -> &'static str {
+        match self {
+            Self::Nothing => "",
+            Self::Generations(_) => "generation",
+            Self::Realities(_) => "the",
         }
     }
 
     /// The colour of a world.
-    fn colour(&self, world: usize) -> String {
+    fn colour(self, world: usize) -> String {
         match self {
             Self::Nothing => COLOURS[0].to_owned(),
-            Self::Generations(_) => ramp(&AGES, world as f64 / (self.worlds() - 1).max(1) as f64),
+            Self::Generations(_) | Self::Realities(_) => ramp(&AGES, world as f64 / (self.worlds() - 1).max(1) as f64),
         }
     }
 }
@@ -109,17 +122,21 @@ const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
     let EpisodeReplay { every, .. } = replay;
     let robots = counted(replay.each(), "robot", "robots in one world");
-    let who = match &replay.compared {
+    let each = if replay.is_alone() {
+        "each alone".to_owned()
+    } else {
+        format!("each with {robots},")
+    };
+    let who = match replay.compared {
         Compared::Nothing => robots,
         Compared::Generations(own) => {
-            let each = if replay.is_alone() {
-                "each alone".to_owned()
-            } else {
-                format!("each with {robots},")
-            };
             let bests = counted(own.len(), "generation", "generations");
             format!("The bests of {bests}, {each} from the same start,")
         }
+        Compared::Realities(own) => format!(
+            "The same controller in the {}, {each} from the same start,",
+            own.join(" and the ")
+        ),
     };
     let seconds = |cycles: u32| number(f64::from(cycles) * CYCLE);
     let lead = format!(
@@ -132,7 +149,7 @@ pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
         lead: &lead,
         drawn: "The arena from above, with its floor, walls, objects, lamps and robots",
         switches: SWITCHES,
-        strip: match &replay.compared {
+        strip: match replay.compared {
             Compared::Generations(_) if !replay.is_alone() => WORLDS,
             _ => "",
         },
@@ -199,6 +216,11 @@ impl EpisodeReplay<'_> {
     /// The number of robots in each world.
     pub(super) fn each(&self) -> usize {
         self.robots.len() / self.compared.worlds()
+    }
+
+    /// Whether one picture shows all: one world, or robots that are alone in theirs.
+    pub fn is_one_picture(&self) -> bool {
+        self.is_alone() || matches!(self.compared, Compared::Nothing)
     }
 
     /// Whether robots of several worlds, each alone in one, are shown in one arena.
@@ -286,10 +308,11 @@ impl EpisodeReplay<'_> {
             if (2..=COLOURS.len()).contains(&teams) {
                 (format!("team {}", team(robot)), COLOURS[team(robot)].to_owned())
             } else {
-                match &self.compared {
+                match self.compared {
                     Compared::Generations(own) if self.is_alone() => {
                         (format!("generation {}", own[robot]), self.compared.colour(robot))
                     }
+                    Compared::Realities(own) if self.is_alone() => (own[robot].to_owned(), self.compared.colour(robot)),
                     // Opponents may have one genome between them.
                     Compared::Nothing if each == 2 => (format!("robot {robot}"), COLOURS[robot].to_owned()),
                     _ => (String::new(), self.compared.colour(robot / each)),
@@ -396,7 +419,10 @@ impl EpisodeReplay<'_> {
             ("diagram", diagram),
             ("sensors", json!(self.sensors())),
             ("plain", plain.collect()),
-            ("who", json!(if self.is_alone() { "generation" } else { "robot" })),
+            (
+                "who",
+                json!(if self.is_alone() { self.compared.who() } else { "robot" }),
+            ),
             ("worlds", (0..self.compared.worlds()).map(world).collect()),
             ("names", json!(self.names())),
             ("times", times.collect()),

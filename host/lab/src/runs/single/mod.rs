@@ -23,6 +23,7 @@ mod learning;
 pub mod on_board;
 mod outcomes;
 mod pictures;
+mod realities;
 mod replay;
 mod report;
 mod rows;
@@ -227,7 +228,7 @@ fn replays(has_several: bool) -> [Entry; 6] {
     ]
 }
 
-/// The page that it adds for single robots.
+/// The page that it adds with recorded individuals.
 fn learning_page() -> Entry {
     let page = "written by `oneiro replay --generations`: a page on which the bests of several generations drive from the same start";
     Entry::file(learning::LEARNING, page)
@@ -648,7 +649,8 @@ impl super::Experiment for Single {
         } else {
             if world.robots() > 1 {
                 files.push(replays_together());
-            } else if settings.record.individuals {
+            }
+            if settings.record.individuals && !settings.evolution.is_coevolution() {
                 files.push(learning_page());
             }
             [&files[..], &replays(settings.trials > 1)].concat()

@@ -68,7 +68,10 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         ));
     }
     let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
-    let lived_in = single.world_of(champion.generation)?;
+    let lived_in = match replay.surrogate {
+        Some(_) => experiment.world().clone(),
+        None => single.world_of(champion.generation)?,
+    };
     let world = match replay.start {
         None => lived_in,
         Some([x, y, heading]) => World::new(WorldSpec {
@@ -84,6 +87,33 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
             (0..settings.trials as usize).map(|trial| keys.of(0, trial)).collect()
         }
     };
+    let stem = match settings.trials {
+        1 => format!("{REPLAY}{}", differences(replay)),
+        _ => format!("{REPLAY}-{}{}", replay.trial, differences(replay)),
+    };
+    let title = |more: &str| match replay.genome {
+        Some(file) => format!("{}: {}{more}", experiment.name(), file.display()),
+        None => format!(
+            "{}, seed {}: generation {}{more}",
+            experiment.name(),
+            run.seed,
+            champion.generation
+        ),
+    };
+    if let Some((seed, _)) = replay.surrogate {
+        let genes = other.as_ref().unwrap_or(&champion.genome);
+        let key = keys[replay.trial as usize];
+        let page = replay.out.join(format!("{stem}.html"));
+        return super::realities::page(
+            single,
+            world,
+            genes,
+            key,
+            replay,
+            (page, &title(&format!(", surrogate {seed}"))),
+            engine,
+        );
+    }
     let worlds = std::slice::from_ref(&world);
     let rollouts: Vec<Rollout<'_>> = keys
         .into_iter()
@@ -110,25 +140,12 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
     let life = lives.fitness[replay.trial as usize];
-    let shown_life = significant(life.into(), 6);
-    let title = match replay.genome {
-        Some(file) => format!("{}: {}, fitness {shown_life}", experiment.name(), file.display()),
-        None => format!(
-            "{}, seed {}: generation {}, fitness {shown_life}",
-            experiment.name(),
-            run.seed,
-            champion.generation
-        ),
-    };
+    let title = title(&format!(", fitness {}", significant(life.into(), 6)));
     let spec = world.spec();
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
 
     let directory = replay.out;
     plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-    let stem = match settings.trials {
-        1 => format!("{REPLAY}{}", differences(replay)),
-        _ => format!("{REPLAY}-{}{}", replay.trial, differences(replay)),
-    };
     let [path, table] = ["svg", "csv"].map(|extension| directory.join(format!("{stem}.{extension}")));
     disk::write(&path, picture.as_bytes())?;
     disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
@@ -227,7 +244,8 @@ fn differences(replay: &Replay<'_>) -> String {
     let genome = replay.genome.map(|file| format!("-genome-{}", plain(file)));
     let start = replay.start.map(|[x, y, heading]| format!("-start-{x}_{y}_{heading}"));
     let seed = replay.seed.map(|seed| format!("-seed-{seed}"));
-    let all = [elite, generation, individual, genome, start, seed];
+    let surrogate = replay.surrogate.map(|(seed, _)| format!("-surrogate-{seed}"));
+    let all = [elite, generation, individual, genome, start, seed, surrogate];
     all.into_iter().flatten().collect()
 }
 

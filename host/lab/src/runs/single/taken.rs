@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_report::figures::{EpisodeReplay, Frames};
+use oneiro_base::plain;
+use oneiro_report::figures::{self, EpisodeReplay, Frames};
 
 use super::Replay;
 
@@ -63,6 +64,22 @@ pub(super) fn write(replay: &Replay<'_>, episode: &EpisodeReplay<'_>) -> Result<
         .film
         .map(|file| written(file, &film(&Frames::new(episode, FILM), replay)?));
     Ok([picture.transpose()?, film.transpose()?])
+}
+
+/// Writes the page of several episodes too, and returns the other files' paths as text.
+pub(super) fn write_with_page(
+    replay: &Replay<'_>,
+    episodes: &EpisodeReplay<'_>,
+    page: &Path,
+) -> Result<[Option<String>; 2]> {
+    if !episodes.is_one_picture() && (replay.picture.is_some() || replay.film.is_some()) {
+        return Err(Failure::input(
+            "--generations: swarms of several generations are not in one picture or film; allowed: --generation N",
+        ));
+    }
+    plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
+    disk::write(page, figures::episode_page(episodes).as_bytes())?;
+    Ok(write(replay, episodes)?.map(|file| file.map(|file| file.display().to_string())))
 }
 
 #[cfg(feature = "film")]

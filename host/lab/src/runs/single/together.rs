@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use oneiro::automode::Form;
-use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
+use oneiro::batch::{Batch, LANES, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
+use oneiro::random::Key;
 use oneiro::world::World;
 use oneiro_base::contents::Column;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve::Champion;
 use oneiro_report::csv::Csv;
 use oneiro_report::figures::{self, Compared, EpisodeReplay};
 use oneiro_report::numbers::significant;
@@ -106,7 +106,7 @@ impl<'a> Shown<'a> {
 fn together<'a>(
     world: &'a World,
     episodes: Vec<Shown<'a>>,
-    compared: Compared,
+    compared: Compared<'a>,
     every: u32,
     title: &'a str,
 ) -> EpisodeReplay<'a> {
@@ -154,33 +154,42 @@ pub(super) fn of_one<'a>(
     together(world, vec![own], Compared::Nothing, every, title)
 }
 
-/// Episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles.
-pub(super) fn of_bests<'a>(
-    world: &'a World,
-    bests: &'a [Champion],
-    traces: &[Trace],
-    every: u32,
-    title: &'a str,
-) -> EpisodeReplay<'a> {
-    let own = bests.iter().zip(traces);
-    let own = own.map(|(best, trace)| Shown::alone(world, &best.genome, trace, every));
-    together(world, own.collect(), generations(bests), every, title)
-}
-
-/// Such episodes of swarms, which have been watched as parts of one page.
-pub(super) fn of_swarms<'a>(bests: &[Champion], watched: &'a [Watched], title: &'a str) -> EpisodeReplay<'a> {
-    let Watched { world, every, .. } = &watched[0];
-    together(
-        world,
-        watched.iter().map(Watched::shown).collect(),
-        generations(bests),
-        *every,
-        title,
-    )
-}
-
-fn generations(bests: &[Champion]) -> Compared {
-    Compared::Generations(bests.iter().map(|best| best.generation).collect())
+/// Simulates episodes with the same random numbers, each in its world and of its genome. Returns what `show` makes of them, and
+/// their fitness.
+///
+/// # Errors
+/// `refused` says that an episode, by its number, can't be shown, and why.
+pub(super) fn compare<T>(
+    episodes: &[(World, &[f32])],
+    key: Key,
+    (compared, every, title): (Compared<'_>, u32, &str),
+    engine: &Engine,
+    refused: impl Fn(usize, &str) -> Failure,
+    show: impl FnOnce(&EpisodeReplay<'_>) -> Result<T>,
+) -> Result<(T, Vec<f32>)> {
+    let every = every.min(episodes[0].0.cycles());
+    let (mut fitness, mut traces, mut watched) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, (world, genes)) in episodes.iter().enumerate() {
+        let life = Rollout { world: 0, genes, key };
+        let trace = (world.robots() == 1).then_some(TraceRequest { every });
+        // Worlds may have different kernels.
+        let outcome = engine.evaluate(&Batch::new(std::slice::from_ref(world), &[life], trace)?)?;
+        fitness.push(outcome.fitness[0]);
+        if world.robots() == 1 {
+            let trace = outcome.traces.into_iter().next().filter(|trace| !trace.is_empty());
+            traces.push(trace.ok_or_else(|| refused(number, NO_CYCLE))?);
+        } else {
+            let own = watch(world, &life, every, outcome.fitness[0], episodes.len(), engine)?;
+            watched.push(own.map_err(|why| refused(number, &why))?);
+        }
+    }
+    let alone = episodes.iter().zip(&traces);
+    let alone = alone.map(|((world, genes), trace)| Shown::alone(world, genes, trace, every));
+    let shown = alone.chain(watched.iter().map(Watched::shown)).collect();
+    let (world, every) = watched
+        .first()
+        .map_or((&episodes[0].0, every), |own| (&own.world, own.every));
+    Ok((show(&together(world, shown, compared, every, title))?, fitness))
 }
 
 /// Re-simulates and observes an episode of a swarm, one of `episodes` of a page; or says why it can't be shown.

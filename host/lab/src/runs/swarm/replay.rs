@@ -32,6 +32,7 @@ pub(super) fn run(
         ("--elites", replay.elites),
         ("--generation", replay.generation.is_some()),
         ("--generations", !replay.generations.is_empty()),
+        ("--robot", replay.surrogate.is_some()),
         ("--trial", replay.trial != 0),
         ("--every", replay.every != 1),
         ("--picture", replay.picture.is_some()),

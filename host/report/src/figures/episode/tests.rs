@@ -410,7 +410,7 @@ fn bests_of_generations_are_on_one_page() {
     let genes = lives.each_ref().map(|life| &*life.genome);
     let page = episode_page(&EpisodeReplay {
         robots: robots.to_vec(),
-        compared: Compared::Generations(vec![0, 30]),
+        compared: Compared::Generations(&[0, 30]),
         earned: Vec::new(),
         genes: genes.to_vec(),
         ..lives[0].replay()
@@ -440,6 +440,50 @@ fn bests_of_generations_are_on_one_page() {
 }
 
 #[test]
+fn robots_of_two_realities_are_on_one_page_by_name() {
+    let spec = WorldSpec {
+        cycles: CYCLES,
+        ..WorldSpec::miglino1995()
+    };
+    let life = Life::of(spec, &[0.5; 18]);
+    let robots = [life.robots[0].clone(), life.robots[0].clone()];
+    let page = episode_page(&EpisodeReplay {
+        robots: robots.to_vec(),
+        compared: Compared::Realities(&["simulator", "surrogate"]),
+        earned: Vec::new(),
+        genes: vec![&life.genome; 2],
+        ..life.replay()
+    });
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        const soon = () => new Promise((then) => setTimeout(then, 100));\n\
+        const drawn = window.oneiro.drawn(3).robots.map((robot) => robot.name);\n\
+        document.querySelectorAll('.who')[0].click(); await soon();\n\
+        return { drawn, light: at('light').textContent, heads: at('robots').rows[0].textContent,\n\
+            buttons: [...document.querySelectorAll('.who')].map((node) => node.textContent),\n\
+            titles: ['robot', 'diagram-title', 'readings-title', 'robots-title', 'said'].map((id) => at(id).textContent),\n\
+            legend: [...at('legend').children].map((node) => node.textContent) };";
+    let Some(told) = browser::told("episode-realities", &page, ask) else {
+        return;
+    };
+    let names = json!(["simulator", "surrogate"]);
+    assert_eq!(
+        [&told["drawn"], &told["buttons"], &told["legend"]],
+        [&names, &names, &names]
+    );
+    assert_eq!(told["heads"], "RobotScore");
+    assert!(told["light"].as_str().unwrap().starts_with("The simulator: fitness if"));
+    let titles = [
+        "The simulator",
+        "The simulator computes",
+        "The simulator reads",
+        "Robots",
+        "Following the simulator.",
+    ];
+    assert_eq!(told["titles"], json!(titles));
+}
+
+#[test]
 fn swarms_of_several_generations_take_turns_on_a_page() {
     let stops = Machine {
         states: vec![MachineState {
@@ -453,7 +497,7 @@ fn swarms_of_several_generations_take_turns_on_a_page() {
     let genes = lives.iter().flat_map(|life| life.replay().genes).collect();
     let page = episode_page(&EpisodeReplay {
         robots,
-        compared: Compared::Generations(vec![3, 40]),
+        compared: Compared::Generations(&[3, 40]),
         earned,
         genes,
         ..lives[0].replay()
