@@ -116,43 +116,51 @@ class _Table:
         return _steps(self._head, complete)
 
 
-@contextlib.contextmanager
-def logged(
-    exp: Experiment, seed: int, out: str | os.PathLike[str], callbacks: Sequence[Callback]
-) -> Iterator[Callable[[], None] | None]:
-    """Yields a function that logs what was added to a run's table; at the end it is called once more. None without callbacks."""
-    table: _Table | None = None
-    is_broken = False
+class Logged:
+    """As a context, it gives a function that tells callbacks of what was added to a run's table, which is also called at the end; or None
+    if there are no callbacks.
 
-    def update(is_last: bool = False) -> None:
-        nonlocal table, is_broken
-        if is_broken:
+    It is no generator, since a generator can't raise what callbacks like to raise, `StopIteration`.
+    """
+
+    def __init__(self, exp: Experiment, seed: int, out: str | os.PathLike[str], callbacks: Sequence[Callback]) -> None:
+        self._exp = exp
+        self._seed = seed
+        self._out = Path(out)
+        self._callbacks = callbacks
+        self._table: _Table | None = None
+        self._is_broken = False
+        self._stack = contextlib.ExitStack()
+
+    def __enter__(self) -> Callable[[], None] | None:
+        if not self._callbacks:
+            return None
+        self._stack.enter_context(_begun(self._callbacks, *_of_run(self._exp, self._seed), self._out))
+        self._stack.callback(self._update, is_last=True)
+        return self._update
+
+    def __exit__(self, *error: Any) -> bool | None:
+        return self._stack.__exit__(*error)
+
+    def _update(self, is_last: bool = False) -> None:
+        if self._is_broken:
             # A callback has raised an exception, so they know different generations.
             return
-        if table is None:
+        if self._table is None:
             try:
-                run = _native.Run(os.fspath(out))
+                run = _native.Run(os.fspath(self._out))
             except Error:
                 # It has not begun.
                 return
-            if (run.experiment.hash, run.seed) != (exp.hash, seed):
+            if (run.experiment.hash, run.seed) != (self._exp.hash, self._seed):
                 # It will be refused.
                 return
-            table = _Table(Path(run.table))
-        is_broken = True
-        for number, values in table.steps(is_last):
-            for callback in callbacks:
+            self._table = _Table(Path(run.table))
+        self._is_broken = True
+        for number, values in self._table.steps(is_last):
+            for callback in self._callbacks:
                 callback.generation(number, values)
-        is_broken = False
-
-    if not callbacks:
-        yield None
-        return
-    with _begun(callbacks, *_of_run(exp, seed), Path(out)):
-        try:
-            yield update
-        finally:
-            update(is_last=True)
+        self._is_broken = False
 
 
 def log_runs(source: Run | Sweep, callbacks: Sequence[Callback], *, follow: bool = False) -> None:
@@ -162,7 +170,7 @@ def log_runs(source: Run | Sweep, callbacks: Sequence[Callback], *, follow: bool
     if isinstance(source, Sweep):
         _log_sweep(source, callbacks)
         return
-    with logged(source.experiment, source.seed, source.path, callbacks) as update:
+    with Logged(source.experiment, source.seed, source.path, callbacks) as update:
         while update and follow and source.result is None:
             update()
             time.sleep(1)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _native
-from ._callbacks import Callback, logged
+from ._callbacks import Callback, Logged
 from ._errors import InputError
 from ._experiment import whole
 from ._html import facts, framed
@@ -162,14 +162,14 @@ def run(
     `callbacks` are told of each generation. After Ctrl-C, `resume` continues it, also if a callback has raised an exception.
     """
     seed = whole("seed", seed)
-    with logged(exp, seed, out, callbacks) as update, bar(exp.name, update) as progress:
+    with Logged(exp, seed, out, callbacks) as update, bar(exp.name, update) as progress:
         return Run(_native.run(exp, seed, os.fspath(out), backend, progress))
 
 
 def resume(dir: str | os.PathLike[str], *, backend: str = "auto", callbacks: Sequence[Callback] = ()) -> Run:
     """Continues a stopped or killed run. `callbacks` are told of all its generations."""
     found = load_run(dir)
-    with logged(found.experiment, found.seed, dir, callbacks) as update, bar("resuming", update) as progress:
+    with Logged(found.experiment, found.seed, dir, callbacks) as update, bar("resuming", update) as progress:
         return Run(_native.resume(os.fspath(dir), backend, progress))
 
 

@@ -101,6 +101,19 @@ def test_a_callback_that_fails_stops_the_run(tmp_path, monkeypatch, has_bar):
     assert oneiro.load_run(tmp_path / "run").result is None
 
 
+def test_a_callback_may_raise_stop_iteration(short, tmp_path):
+    class Enough(Noted):
+        def generation(self, number, values):
+            if number == GENERATIONS - 1:
+                raise StopIteration("enough")
+
+    noted = Enough()
+    for exp in (short, oneiro.Experiment.load(AVOIDANCE, set={**SET, "evolution.generations": 100_000})):
+        with pytest.raises(StopIteration, match="enough"):
+            oneiro.run(exp, seed=1, out=tmp_path / exp.hash, backend="cpu", callbacks=[noted])
+        assert not noted.runs[-1]["is_finished"]
+
+
 def test_a_refused_run_tells_nothing_of_the_other(short, finished):
     noted = Noted()
     with pytest.raises(oneiro.InputError, match="holds the run of another experiment or seed"):
