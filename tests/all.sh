@@ -105,6 +105,20 @@ say "building the tests"
 all=(cargo test --locked --workspace --features oneiro-host/parquet --no-fail-fast)
 "${all[@]}" --no-run
 
+# What build scripts, the tests and their Python package need with different features is compiled for each of them (host/Cargo.toml).
+compiled_once() {
+    local name built
+    [ -n "$is_new" ] || return 0
+    for name in naga cranelift_codegen wgpu_core; do
+        built=("$folder/debug/deps/lib$name"-*.rlib)
+        [ ${#built[@]} = 1 ] || {
+            echo "$name was compiled ${#built[@]} times: cargo tree --duplicates or cargo build --unit-graph shows which features differ" >&2
+            return 1
+        }
+    done
+}
+compiled_once
+
 # Tests that wait for robots in real time leave the processors idle, and must get them at once when they need them: they run beside
 # all others, which have a lower priority.
 beside "robots in real time" 0 "${all[@]}" --test program -- real_time::
@@ -124,16 +138,7 @@ join "Python" || failed=yes
     exit 1
 }
 
-# What build scripts, the tests and their Python package need with different features is compiled for each of them (host/Cargo.toml).
-if [ -n "$is_new" ]; then
-    for name in naga cranelift_codegen wgpu_core; do
-        built=("$folder/debug/deps/lib$name"-*.rlib)
-        [ ${#built[@]} = 1 ] || {
-            echo "$name was compiled ${#built[@]} times: cargo tree --duplicates or cargo build --unit-graph shows which features differ" >&2
-            exit 1
-        }
-    done
-fi
+compiled_once
 
 say "what was skipped"
 skip_summary
