@@ -1,4 +1,4 @@
-//! What notebooks show of runs and sweeps while they evolve.
+//! Runs and sweeps in notebooks, while they evolve.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,4 +1,4 @@
-"""What callbacks are told, and what TensorBoard, W&B and MLflow have of it, by their own readers."""
+"""Callbacks: their arguments, and the records of TensorBoard, W&B and MLflow, by their own readers."""
 
 import struct
 import subprocess

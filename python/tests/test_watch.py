@@ -1,4 +1,4 @@
-"""What notebooks show while runs evolve."""
+"""Notebooks show runs while they evolve."""
 
 import threading
 

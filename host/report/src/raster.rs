@@ -30,7 +30,7 @@ pub fn png(svg: &str) -> Vec<u8> {
     drawn(svg, 2.0).encode_png().expect("memory takes any PNG")
 }
 
-/// A film as GIF that begins again at its end: `count` drawings of one size, each shown for some hundredths of a second. `frame` draws one.
+/// A film as GIF that begins again at its end: `count` drawings of one size, each shown for `hundredths` of a second. `frame` draws one.
 pub fn gif(count: usize, hundredths: u16, frame: impl Fn(usize) -> String) -> Vec<u8> {
     let image = |number: usize| -> (u16, u16, Vec<Colour>) {
         let pixels = drawn(&frame(number), 1.0);
@@ -66,7 +66,7 @@ fn changed(own: &[u8], before: &[u8], width: usize) -> Frame<'static> {
         let (x, y) = (at % width, at / width);
         (left, right, top, bottom) = (left.min(x), right.max(x), top.min(y), bottom.max(y));
     }
-    // A frame has a pixel at least.
+    // A frame has at least one pixel.
     let (left, top) = if left == usize::MAX { (0, 0) } else { (left, top) };
     let inside = (top..=bottom).flat_map(|y| (left..=right).map(move |x| y * width + x));
     let pixels: Vec<u8> = inside.map(|at| if differs(at) { own[at] } else { UNCHANGED }).collect();

@@ -1,10 +1,10 @@
-//! What `oneiro watch` shows, for a program that shows it elsewhere.
+//! The curves, lists and episodes of `oneiro watch`, for a program that shows them elsewhere.
 
 use std::path::PathBuf;
 
 use super::{Result, Task};
 
-/// Directories of runs and sweeps, as they were at the last look.
+/// Directories of runs and sweeps, unchanged until the next look.
 pub struct View(oneiro_watch::View);
 
 impl View {

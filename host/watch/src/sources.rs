@@ -16,9 +16,9 @@ use serde_json::{Value as Json, json};
 use crate::curve::{Curve, Value};
 use crate::sweeps::Cells;
 
-/// Directories that are shown, the newest.
+/// Shown directories, the newest.
 const MOST: usize = 500;
-/// Keys that are named where settings differ.
+/// Named keys where settings differ.
 const DIFFERENCES: usize = 2;
 /// How often the lock of a run that doesn't grow is tried, and a directory that can't be read is read again.
 const PATIENCE: Duration = Duration::from_secs(2);

@@ -1,4 +1,4 @@
-//! What the page shows, without a server: as a file, or in parts for a program that shows them.
+//! The page without a server: as a file, or in parts for a program that shows them.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use crate::sources::Sources;
 /// The width of the curve in pixels.
 const WIDTH: u32 = 1000;
 
-/// Some folders, as they were at the last look.
+/// Folders, unchanged until the next look.
 pub struct View {
     sources: Sources,
     engine: Engine,

@@ -505,7 +505,7 @@ fn khepera_sensor(detail: &Detail) -> Option<usize> {
     number.filter(|sensor| *sensor < SENSOR_NAMES.len())
 }
 
-/// A sensor as it is drawn: the place on the body, in turns and mm from its centre, and what it looks at.
+/// A drawn sensor: its place on the body, in turns and mm from the centre, and its direction.
 #[derive(Serialize)]
 pub(super) struct DrawnSensor {
     /// The number of its reading.

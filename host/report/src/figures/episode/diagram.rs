@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::SPEEDS;
 use crate::numbers::{fixed, significant};
 
-/// Nodes of the largest network that is drawn.
+/// Nodes of the largest drawn network.
 const NODES: usize = 60;
 const OUTPUTS: [&str; 2] = ["left", "right"];
 
@@ -159,7 +159,7 @@ impl Drawn<'_> {
         self.nodes.len() - 1
     }
 
-    /// Adds the line of these genes, of which the last is the one that is drawn. `None`: there are no such genes.
+    /// Adds the line of these genes, of which the last one is drawn. `None`: there are no such genes.
     fn line(&mut self, from: usize, to: usize, is_back: bool, genes: impl Iterator<Item = String>) -> Option<f32> {
         let weights = genes
             .map(|gene| self.genes.remove(&*gene))

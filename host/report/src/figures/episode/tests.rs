@@ -49,6 +49,15 @@ impl Life {
     }
 
     /// Twelve e-pucks that explore until they are on black, and stop there for a while.
+    /// One Khepera, all of whose genes have this value.
+    fn khepera(gene: f32) -> Self {
+        let spec = WorldSpec {
+            cycles: CYCLES,
+            ..WorldSpec::miglino1995()
+        };
+        Self::of(spec, &[gene; 18])
+    }
+
     fn machines() -> Self {
         let to = |condition| Transition { to: 0, condition };
         let machine = Machine {
@@ -348,7 +357,7 @@ fn a_moment_is_saved_as_a_drawing() {
     };
     assert_eq!(told["broken"], false);
     assert_eq!(told["title"], "a <life>");
-    // Twelve robots at least.
+    // At least twelve robots.
     assert!(told["circles"].as_u64().unwrap() >= 24, "{told}");
     // Edges of text differ.
     assert!(told["other"].as_f64().unwrap() < 0.005, "{told}");
@@ -356,11 +365,7 @@ fn a_moment_is_saved_as_a_drawing() {
 
 #[test]
 fn a_single_robot_has_a_page_with_its_sensors() {
-    let spec = WorldSpec {
-        cycles: CYCLES,
-        ..WorldSpec::miglino1995()
-    };
-    let life = Life::of(spec, &[0.5; 18]);
+    let life = Life::khepera(0.5);
     let ask = "\
         const at = (id) => document.getElementById(id);\n\
         const soon = () => new Promise((then) => setTimeout(then, 100));\n\
@@ -401,11 +406,7 @@ fn a_single_robot_has_a_page_with_its_sensors() {
 
 #[test]
 fn bests_of_generations_are_on_one_page() {
-    let spec = WorldSpec {
-        cycles: CYCLES,
-        ..WorldSpec::miglino1995()
-    };
-    let lives = [0.5, -0.25].map(|gene| Life::of(spec.clone(), &[gene; 18]));
+    let lives = [0.5, -0.25].map(Life::khepera);
     let robots = lives.each_ref().map(|life| life.robots[0].clone());
     let genes = lives.each_ref().map(|life| &*life.genome);
     let page = episode_page(&EpisodeReplay {
@@ -441,11 +442,7 @@ fn bests_of_generations_are_on_one_page() {
 
 #[test]
 fn robots_of_two_realities_are_on_one_page_by_name() {
-    let spec = WorldSpec {
-        cycles: CYCLES,
-        ..WorldSpec::miglino1995()
-    };
-    let life = Life::of(spec, &[0.5; 18]);
+    let life = Life::khepera(0.5);
     let robots = [life.robots[0].clone(), life.robots[0].clone()];
     let page = episode_page(&EpisodeReplay {
         robots: robots.to_vec(),
@@ -567,11 +564,7 @@ fn swarms_of_several_generations_take_turns_on_a_page() {
 
 #[test]
 fn the_script_has_types_of_all_facts() {
-    let spec = WorldSpec {
-        cycles: CYCLES,
-        ..WorldSpec::miglino1995()
-    };
-    let life = Life::of(spec, &[0.5; 18]);
+    let life = Life::khepera(0.5);
     let keys: Vec<_> = life.replay().facts().into_keys().collect();
     assert_eq!(keys, typed_keys(&["PoseFacts", "RobotFacts", "EpisodeOnly"]));
 }
