@@ -50,13 +50,12 @@ impl LaneCode {
     /// A kernel's lane codes that this processor can run, by name and number of lanes: first those with several lanes that were
     /// compiled ahead, then the one compiled at run time, then those with one lane. The interpreter isn't among them.
     pub(crate) fn all(kernel: &'static Kernel) -> impl Iterator<Item = (&'static str, u32)> {
-        let native = native::is_available().then_some((native::NAME, native::LANES));
         let ahead = |is_wide: bool| {
             let variants = ahead(kernel).filter(move |variant| (variant.lanes > 1) == is_wide);
             variants.map(|variant| (variant.name, variant.lanes))
         };
         let libraries = library::all(kernel).into_iter();
-        ahead(true).chain(libraries).chain(native).chain(ahead(false))
+        ahead(true).chain(libraries).chain(native::all()).chain(ahead(false))
     }
 
     /// The narrower code, compiled with this program, that is the fastest for so few episodes, if it is faster than this one. `cost`
@@ -74,8 +73,8 @@ impl LaneCode {
     /// # Errors
     /// [`Error::NoDevice`] if it can't be compiled.
     pub(crate) fn named(kernel: &'static Kernel, name: &str) -> Result<Option<Self>, Error> {
-        if name == native::NAME && native::is_available() {
-            return Self::composed(kernel).map(Some);
+        if let Some(code) = native::named(kernel, name) {
+            return code.map(Self::Native).map(Some);
         }
         if interpreter() == Some(name) {
             return interpreted::compiled(kernel).map(Self::Interpreted).map(Some);
@@ -89,7 +88,7 @@ impl LaneCode {
     /// # Errors
     /// [`Error::NoDevice`] if neither is possible.
     pub(crate) fn composed(kernel: &'static Kernel) -> Result<Self, Error> {
-        match native::compiled(kernel) {
+        match native::best(kernel) {
             Ok(code) => Ok(Self::Native(code)),
             Err(_) if interpreted::is_available() => interpreted::compiled(kernel).map(Self::Interpreted),
             Err(error) => Err(error),
@@ -152,7 +151,7 @@ pub(crate) fn interpreted_because(kernel: &'static Kernel) -> Option<String> {
 
 /// Whether kernels composed at run time are interpreted, since they can't be compiled.
 pub(crate) fn interprets() -> bool {
-    interpreted::is_available() && !native::is_available()
+    interpreted::is_available() && native::all().next().is_none()
 }
 
 /// The lane codes compiled with this program that this processor can run.
@@ -171,9 +170,8 @@ mod tests {
             feature = "native",
             any(target_arch = "x86_64", target_arch = "aarch64")
         ));
-        assert_eq!(native::is_available(), expected);
+        assert_eq!(native::all().next().is_some(), expected);
         let named = LaneCode::named(&oneiro_shaders::PROBE_NUMERICS, "native128x16").unwrap();
-        assert_eq!(named.is_some(), expected);
         assert_eq!(named.map(|code| code.lanes()), expected.then_some(16));
     }
 }

@@ -96,7 +96,7 @@ impl Cpu {
     }
 
     /// Names of the lane codes that this processor can run, such as `avx2x16`, the fastest first: those compiled with this
-    /// program, and `native128x16`, which is compiled at run time where that is possible.
+    /// program, and those such as `native128x16`, which are compiled at run time where that is possible.
     pub fn variants() -> Vec<&'static str> {
         LaneCode::all(&oneiro_shaders::LIFE_PERCEPTRON)
             .map(|(name, _)| name)
@@ -213,7 +213,7 @@ impl Cpu {
                 self.pool.install(run)
             }
         }?;
-        self.specialised.spend(&parts, &ready, began.elapsed());
+        self.specialised.spend(&code, &parts, &ready, began.elapsed());
         Ok(result)
     }
 
@@ -253,16 +253,19 @@ impl Cpu {
             let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(lanes as usize)).sum();
             calls.div_ceil(self.threads()) as f32 * cost(name, lanes)
         };
-        let fastest = worthwhile(kernel)
-            .into_iter()
-            .filter(|(name, _)| self.is_wanted(name))
-            .min_by(|a, b| time(*a).total_cmp(&time(*b)));
-        let code = match fastest {
-            Some((name, _)) => LaneCode::named(kernel, name)?,
-            None if kernel.variants.is_empty() => Some(LaneCode::composed(kernel)?),
-            None => None,
-        };
-        code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
+        let mut codes = worthwhile(kernel);
+        codes.retain(|(name, _)| self.is_wanted(name));
+        codes.sort_by(|a, b| time(*a).total_cmp(&time(*b)));
+        // A kernel may be too large for the code generator with the widest vectors.
+        let fastest = codes.iter().find_map(|(name, _)| LaneCode::named(kernel, name).ok()?);
+        match fastest {
+            Some(code) => Ok(code),
+            None if kernel.variants.is_empty() => LaneCode::composed(kernel),
+            None => {
+                let problem = format!("this CPU has no lane code for the kernel {}", kernel.name);
+                Err(Error::NoDevice(problem))
+            }
+        }
     }
 
     /// Warns of something, once.
@@ -339,6 +342,7 @@ fn cost(name: &str, lanes: u32) -> f32 {
         "neon" => 9.7,
         "scalar" => 30.0,
         "checked" => 170.0,
+        "native512" => 5.0,
         // Compiled at run time.
         _ => 10.0,
     };

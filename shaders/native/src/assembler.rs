@@ -1,29 +1,27 @@
-//! The instruction set that the emitter writes to: scalars, vectors of four lanes, and structured control flow. In a vector,
-//! a truth value is a word of all ones or all zeros, so a mask can also be used as words.
+//! The instruction set that the emitter writes to: scalars, vectors, masks of their lanes, and structured control flow.
 
 use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
-
-/// Lanes of a vector.
-pub(crate) const LANES: u32 = 4;
 
 /// The form of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
     /// A scalar.
     One(Ty),
-    /// A vector.
-    Four(Ty),
+    /// A vector; of truth values, a mask.
+    Vector(Ty),
 }
 
 /// Writes one function. Its parameters are the buffers, the workgroup, the first lane, and the budget of loop turns.
 /// Integer arithmetic wraps; floats are rounded after each operation. Memory accesses aren't checked: the emitter clamps indices.
-///
-/// It is a trait, although only Cranelift implements it, because a second backend, WebAssembly, is planned.
 pub(crate) trait Assembler {
+    /// Lanes of a vector.
+    const LANES: u32;
     /// A computed value or pointer, valid wherever its block has already run.
     type Value: Copy;
     /// A local variable of one form.
     type Variable: Copy;
+    /// Pointers to a word for each lane of a vector.
+    type Pointers: Clone;
     /// Memory that belongs to one call.
     type Array: Copy;
     /// A block or loop that can be exited.
@@ -40,20 +38,21 @@ pub(crate) trait Assembler {
     fn ramp(&mut self, first: u32) -> Self::Value;
     /// A vector with the same scalar in every lane.
     fn splat(&mut self, ty: Ty, scalar: Self::Value) -> Self::Value;
-    /// Extracts word `lane` from a vector of words.
-    fn extract_lane(&mut self, vector: Self::Value, lane: u32) -> Self::Value;
-    /// Replaces word `lane`.
-    fn replace_lane(&mut self, vector: Self::Value, lane: u32, word: Self::Value) -> Self::Value;
-
     fn unary(&mut self, op: Unary, form: Form, a: Self::Value) -> Self::Value;
     /// `form` is the form of the operands, and of the result unless the operation is a comparison. A vector is shifted by a
-    /// scalar. Shift counts are taken modulo 32. Only unsigned scalars are divided, and never by zero. The minimum of two
+    /// scalar. Shift counts are taken modulo 32. Only unsigned integers are divided, and never by zero. The minimum of two
     /// floats is `a < b ? a : b`, the maximum `a > b ? a : b`.
     fn binary(&mut self, op: Binary, form: Form, a: Self::Value, b: Self::Value) -> Self::Value;
+    /// Shifts each lane of a vector by its own count.
+    fn shift_each(&mut self, op: Binary, ty: Ty, a: Self::Value, counts: Self::Value) -> Self::Value;
     /// `condition ? accept : reject`, with a scalar condition.
     fn select(&mut self, condition: Self::Value, accept: Self::Value, reject: Self::Value) -> Self::Value;
     /// The same for vectors, lane by lane.
     fn blend(&mut self, ty: Ty, mask: Self::Value, accept: Self::Value, reject: Self::Value) -> Self::Value;
+    /// The words where the mask is set, else 0.
+    fn masked(&mut self, mask: Self::Value, words: Self::Value) -> Self::Value;
+    /// The mask of words that [`Self::masked`] made of all ones.
+    fn mask_of(&mut self, words: Self::Value) -> Self::Value;
     /// Converts between numbers, or a scalar truth value to a word. Integers are rounded to the nearest float, and to even
     /// ones between two. Floats are rounded towards zero, after `min(max(a, low), high)`, where the bounds are the minimum and
     /// maximum floats that are integers of the type; this is WGSL's rule.
@@ -65,21 +64,21 @@ pub(crate) trait Assembler {
 
     /// Pointer to a word in a buffer.
     fn buffer_pointer(&mut self, buffer: u32, index: Self::Value) -> Self::Value;
-    /// Pointers for each lane's index. Lanes outside the mask get a pointer to memory that may be overwritten.
-    fn buffer_pointers(&mut self, buffer: u32, indices: Self::Value, mask: Option<Self::Value>) -> [Self::Value; 4];
+    /// Pointers for each lane's index. Lanes outside the mask are not stored to.
+    fn buffer_pointers(&mut self, buffer: u32, indices: Self::Value, mask: Option<Self::Value>) -> Self::Pointers;
     /// Reserves this many words of memory.
     fn array(&mut self, words: u32) -> Self::Array;
     /// Pointer to a word in an array.
     fn array_pointer(&mut self, array: Self::Array, index: Self::Value) -> Self::Value;
-    /// Loads one number, or four consecutive ones, from `offset` words after a pointer.
+    /// Loads one number, or as many consecutive ones as a vector has lanes, from `offset` words after a pointer.
     fn load(&mut self, form: Form, pointer: Self::Value, offset: u32) -> Self::Value;
     fn store(&mut self, form: Form, pointer: Self::Value, offset: u32, value: Self::Value);
     /// Loads the word at `offset` after each pointer.
-    fn gather(&mut self, pointers: &[Self::Value; 4], offset: u32) -> Self::Value;
+    fn gather(&mut self, pointers: &Self::Pointers, offset: u32) -> Self::Value;
     /// Loads the four words from `offset` after each pointer, as four vectors: the first words of all lanes, and so on.
-    fn gather_four(&mut self, pointers: &[Self::Value; 4], offset: u32) -> [Self::Value; 4];
+    fn gather_four(&mut self, pointers: &Self::Pointers, offset: u32) -> [Self::Value; 4];
     /// Stores a word at `offset` after each pointer, in the order of the lanes.
-    fn scatter(&mut self, pointers: &[Self::Value; 4], offset: u32, words: Self::Value);
+    fn scatter(&mut self, pointers: &Self::Pointers, offset: u32, words: Self::Value);
 
     fn variable(&mut self, form: Form) -> Self::Variable;
     /// Declares a variable that holds a pointer.

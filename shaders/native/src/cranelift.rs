@@ -23,6 +23,8 @@ use crate::assembler::{Assembler, Form};
 use crate::emit::emit;
 use crate::{Error, FRAME, Words, longest_element};
 
+/// Numbers of lanes that code can be compiled for.
+pub(crate) const NUMBERS: [u32; 3] = [4, 8, 16];
 /// Bytes per word.
 const WORD: u32 = 4;
 /// Layout of [`Words`] in bytes.
@@ -159,8 +161,8 @@ fn scalar(ty: Ty) -> ir::Type {
 fn clif_type(form: Form) -> ir::Type {
     match form {
         Form::One(ty) => scalar(ty),
-        Form::Four(Ty::F32) => F32X4,
-        Form::Four(_) => I32X4,
+        Form::Vector(Ty::F32) => F32X4,
+        Form::Vector(_) => I32X4,
     }
 }
 
@@ -168,7 +170,7 @@ fn clif_type(form: Form) -> ir::Type {
 fn like(form: Form, ty: Ty) -> ir::Type {
     clif_type(match form {
         Form::One(_) => Form::One(ty),
-        Form::Four(_) => Form::Four(ty),
+        Form::Vector(_) => Form::Vector(ty),
     })
 }
 
@@ -181,7 +183,7 @@ fn displacement(words: u32) -> i32 {
 fn memory_flags(form: Form) -> MemFlagsData {
     match form {
         Form::One(_) => MemFlagsData::trusted(),
-        Form::Four(_) => MemFlagsData::new().with_notrap(),
+        Form::Vector(_) => MemFlagsData::new().with_notrap(),
     }
 }
 
@@ -257,6 +259,17 @@ impl<'a> Clif<'a> {
         } else {
             self.builder.ins().bitcast(to, BITCAST, a)
         }
+    }
+
+    /// An operation that vectors have no instruction for.
+    fn lane_by_lane(&mut self, op: Binary, ty: Ty, a: ir::Value, b: ir::Value) -> ir::Value {
+        let mut out = a;
+        for lane in 0..Self::LANES as u8 {
+            let operands = [a, b].map(|vector| self.builder.ins().extractlane(vector, lane));
+            let word = self.binary(op, Form::One(ty), operands[0], operands[1]);
+            out = self.builder.ins().insertlane(out, word, lane);
+        }
+        out
     }
 
     /// Pointer to a word, given its index in 64 bits.
@@ -343,7 +356,7 @@ impl<'a> Clif<'a> {
             (0.0, 4_294_967_040.0)
         };
         let [low, high] = [low, high].map(|bound| self.constant(form, bound.to_bits()));
-        if self.is_x86 && form == Form::Four(Ty::F32) {
+        if self.is_x86 && form == Form::Vector(Ty::F32) {
             return self.convert_to_integer_on_x86(to, a, low, high);
         }
         let above = self.extreme(form, a, low, false);
@@ -357,7 +370,7 @@ impl<'a> Clif<'a> {
 
     /// The same for vectors, with the instruction of x86, which makes `1 << 31` of all numbers that aren't signed integers.
     fn convert_to_integer_on_x86(&mut self, to: Ty, a: ir::Value, low: ir::Value, high: ir::Value) -> ir::Value {
-        let form = Form::Four(Ty::F32);
+        let form = Form::Vector(Ty::F32);
         if to == Ty::I32 {
             // That is already the right result for NaN, which is kept here, and for numbers below the smallest integer.
             let within = self.extreme(form, high, a, true);
@@ -376,8 +389,10 @@ impl<'a> Clif<'a> {
 }
 
 impl Assembler for Clif<'_> {
+    const LANES: u32 = 4;
     type Value = ir::Value;
     type Variable = Variable;
+    type Pointers = [ir::Value; 4];
     type Array = StackSlot;
     type Label = ir::Block;
 
@@ -403,12 +418,12 @@ impl Assembler for Clif<'_> {
         match form {
             Form::One(Ty::F32) => self.builder.ins().f32const(f32::from_bits(bits)),
             Form::One(ty) => self.builder.ins().iconst(scalar(ty), i64::from(bits)),
-            Form::Four(Ty::F32) => {
+            Form::Vector(Ty::F32) => {
                 let constant = self.vector([bits; 4]);
                 self.cast(F32X4, constant)
             }
-            Form::Four(Ty::Bool) => self.vector([0_u32.wrapping_sub(bits); 4]),
-            Form::Four(_) => self.vector([bits; 4]),
+            Form::Vector(Ty::Bool) => self.vector([0_u32.wrapping_sub(bits); 4]),
+            Form::Vector(_) => self.vector([bits; 4]),
         }
     }
 
@@ -423,19 +438,11 @@ impl Assembler for Clif<'_> {
         } else {
             value
         };
-        self.builder.ins().splat(clif_type(Form::Four(ty)), value)
-    }
-
-    fn extract_lane(&mut self, vector: ir::Value, lane: u32) -> ir::Value {
-        self.builder.ins().extractlane(vector, lane as u8)
-    }
-
-    fn replace_lane(&mut self, vector: ir::Value, lane: u32, word: ir::Value) -> ir::Value {
-        self.builder.ins().insertlane(vector, word, lane as u8)
+        self.builder.ins().splat(clif_type(Form::Vector(ty)), value)
     }
 
     fn unary(&mut self, op: Unary, form: Form, a: ir::Value) -> ir::Value {
-        let (Form::One(ty) | Form::Four(ty)) = form;
+        let (Form::One(ty) | Form::Vector(ty)) = form;
         match (op, ty) {
             (Unary::Negate, Ty::F32) => self.builder.ins().fneg(a),
             (Unary::Negate, _) => self.builder.ins().ineg(a),
@@ -450,7 +457,7 @@ impl Assembler for Clif<'_> {
     }
 
     fn binary(&mut self, op: Binary, form: Form, a: ir::Value, b: ir::Value) -> ir::Value {
-        let (Form::One(ty) | Form::Four(ty)) = form;
+        let (Form::One(ty) | Form::Vector(ty)) = form;
         let (float, signed) = (ty == Ty::F32, ty == Ty::I32);
         if let Some(result) = self.compare(op, ty, a, b) {
             return result;
@@ -458,6 +465,7 @@ impl Assembler for Clif<'_> {
         match op {
             Binary::Min if float => return self.extreme(form, a, b, true),
             Binary::Max if float => return self.extreme(form, a, b, false),
+            Binary::Divide | Binary::Remainder if form == Form::Vector(ty) => return self.lane_by_lane(op, ty, a, b),
             _ => {}
         }
         let ins = self.builder.ins();
@@ -484,6 +492,10 @@ impl Assembler for Clif<'_> {
         }
     }
 
+    fn shift_each(&mut self, op: Binary, ty: Ty, a: ir::Value, counts: ir::Value) -> ir::Value {
+        self.lane_by_lane(op, ty, a, counts)
+    }
+
     fn select(&mut self, condition: ir::Value, accept: ir::Value, reject: ir::Value) -> ir::Value {
         self.builder.ins().select(condition, accept, reject)
     }
@@ -496,17 +508,27 @@ impl Assembler for Clif<'_> {
         } else {
             self.builder.ins().bitselect(mask, accept, reject)
         };
-        self.cast(clif_type(Form::Four(ty)), words)
+        self.cast(clif_type(Form::Vector(ty)), words)
+    }
+
+    // A mask has words of all ones and all zeros.
+
+    fn masked(&mut self, mask: ir::Value, words: ir::Value) -> ir::Value {
+        self.builder.ins().band(mask, words)
+    }
+
+    fn mask_of(&mut self, words: ir::Value) -> ir::Value {
+        words
     }
 
     fn convert(&mut self, from: Form, to: Ty, a: ir::Value) -> ir::Value {
         match (from, to) {
-            (Form::One(Ty::F32) | Form::Four(Ty::F32), Ty::I32 | Ty::U32) => self.convert_to_integer(from, to, a),
+            (Form::One(Ty::F32) | Form::Vector(Ty::F32), Ty::I32 | Ty::U32) => self.convert_to_integer(from, to, a),
             (Form::One(Ty::Bool), Ty::I32 | Ty::U32) => self.builder.ins().uextend(I32, a),
-            (Form::One(Ty::I32) | Form::Four(Ty::I32), Ty::F32) => {
+            (Form::One(Ty::I32) | Form::Vector(Ty::I32), Ty::F32) => {
                 self.builder.ins().fcvt_from_sint(like(from, Ty::F32), a)
             }
-            (Form::One(Ty::U32) | Form::Four(Ty::U32), Ty::F32) => {
+            (Form::One(Ty::U32) | Form::Vector(Ty::U32), Ty::F32) => {
                 self.builder.ins().fcvt_from_uint(like(from, Ty::F32), a)
             }
             _ => a,
@@ -542,7 +564,7 @@ impl Assembler for Clif<'_> {
             let Some(mask) = mask else {
                 return pointer;
             };
-            let active = self.extract_lane(mask, lane);
+            let active = self.builder.ins().extractlane(mask, lane);
             let sink = self.builder.ins().stack_addr(I64, self.sink, 0);
             self.select(active, pointer, sink)
         })
@@ -575,13 +597,13 @@ impl Assembler for Clif<'_> {
         let mut words = self.builder.ins().scalar_to_vector(I32X4, word);
         for (lane, pointer) in (1..).zip(&pointers[1..]) {
             let word = self.load(WORD_FORM, *pointer, offset);
-            words = self.replace_lane(words, lane, word);
+            words = self.builder.ins().insertlane(words, word, lane);
         }
         words
     }
 
     fn gather_four(&mut self, pointers: &[ir::Value; 4], offset: u32) -> [ir::Value; 4] {
-        let rows = pointers.map(|pointer| self.load(Form::Four(Ty::U32), pointer, offset));
+        let rows = pointers.map(|pointer| self.load(Form::Vector(Ty::U32), pointer, offset));
         // Interleaved words and joined halves of two vectors: x86 and ARM have instructions for both.
         let mut shuffle = |a, b, order: [u8; 4]| {
             let mut bytes = [0; 16];
@@ -608,7 +630,7 @@ impl Assembler for Clif<'_> {
 
     fn scatter(&mut self, pointers: &[ir::Value; 4], offset: u32, words: ir::Value) {
         for (lane, pointer) in (0..).zip(pointers) {
-            let word = self.extract_lane(words, lane);
+            let word = self.builder.ins().extractlane(words, lane);
             self.store(WORD_FORM, *pointer, offset, word);
         }
     }

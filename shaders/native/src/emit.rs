@@ -1,5 +1,5 @@
 //! Turns the shader compiler's tree into instructions, in SPMD style like the lane code that is compiled ahead of time.
-//! Uniform values are scalars. Varying values take one vector for every four lanes. A branch on a varying condition runs
+//! Uniform values are scalars. Varying values take as many vectors as hold all lanes. A branch on a varying condition runs
 //! under a mask if any lane takes it.
 //!
 //! Idle lanes can't reach memory outside the buffers either: indices are clamped in all lanes.
@@ -12,20 +12,20 @@ use oneiro_shader_compiler::tree::{
 };
 use oneiro_shader_compiler::uniform::{Region, Shape, Shapes, depth_of};
 
-use crate::assembler::{Assembler, Form, LANES};
+use crate::assembler::{Assembler, Form};
 use crate::share::shared;
 
 mod buffers;
 
 const WORD: Form = Form::One(Ty::U32);
-const WORDS: Form = Form::Four(Ty::U32);
+const WORDS: Form = Form::Vector(Ty::U32);
 /// The bit of a float's sign.
 const SIGN: u32 = 1 << 31;
 
-/// Emits a program for a number of lanes that is a multiple of [`LANES`].
+/// Emits a program for a number of lanes that is a multiple of [`Assembler::LANES`].
 pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
     let program = &shared(trees);
-    let vectors = (lanes / LANES) as usize;
+    let vectors = (lanes / A::LANES) as usize;
     let mut emitter = Emitter {
         program,
         shapes: &trees.shapes,
@@ -43,6 +43,7 @@ pub(crate) fn emit<A: Assembler>(asm: &mut A, trees: &Trees, lanes: u32) {
         labels: vec![None; program.labels as usize],
         ends: Vec::new(),
         pointers: BTreeMap::new(),
+        uniform_pointers: BTreeMap::new(),
         known: Vec::new(),
         stored_to: None,
         scratch: None,
@@ -110,8 +111,6 @@ struct End<V> {
 
 /// An element of a buffer in one vector: binding number, index, words per element, and number of the vector.
 type Element = (u32, Value, u32, usize);
-/// Pointers to four lanes' words.
-type Pointers<V> = [V; LANES as usize];
 
 struct Emitter<'a, A: Assembler> {
     program: &'a Program,
@@ -135,10 +134,11 @@ struct Emitter<'a, A: Assembler> {
     /// Ends of the buffers.
     ends: Vec<End<A::Value>>,
     /// Pointers that are already computed at this point, and their elements in the order in which they were.
-    pointers: BTreeMap<Element, Pointers<A::Value>>,
+    pointers: BTreeMap<Element, A::Pointers>,
+    uniform_pointers: BTreeMap<Element, A::Value>,
     known: Vec<Element>,
     /// The element last stored to under the current mask, with the pointers of its active lanes.
-    stored_to: Option<(Element, Vec<Pointers<A::Value>>)>,
+    stored_to: Option<(Element, Vec<A::Pointers>)>,
     /// Memory of one word per lane.
     scratch: Option<A::Array>,
 }
@@ -199,7 +199,7 @@ impl<A: Assembler> Emitter<'_, A> {
         };
         self.shared.push((value, part));
         if self.shapes.shape(value) == Shape::Linear {
-            let ramp = self.asm.ramp(k as u32 * LANES);
+            let ramp = self.asm.ramp(k as u32 * A::LANES);
             part = self.asm.binary(Binary::Add, WORDS, part, ramp);
         }
         self.hold_part(value, k, part);
@@ -263,7 +263,7 @@ impl<A: Assembler> Emitter<'_, A> {
         if let Some((_, known)) = self.constants.iter().find(|(other, _)| *other == (ty, bits)) {
             return *known;
         }
-        let constant = self.asm.constant(Form::Four(ty), bits);
+        let constant = self.asm.constant(Form::Vector(ty), bits);
         self.constants.push(((ty, bits), constant));
         constant
     }
@@ -290,7 +290,10 @@ impl<A: Assembler> Emitter<'_, A> {
             }
             Op::ReadElement(array, index) => {
                 if let Some(pointer) = pointer {
-                    return self.asm.load(Form::Four(Self::stored(ty)), pointer, k as u32 * LANES);
+                    let words = self
+                        .asm
+                        .load(Form::Vector(Self::stored(ty)), pointer, k as u32 * A::LANES);
+                    return if ty == Ty::Bool { self.asm.mask_of(words) } else { words };
                 }
                 let part = self.element_variable(array, index, k);
                 self.asm.get(part)
@@ -321,16 +324,16 @@ impl<A: Assembler> Emitter<'_, A> {
                         self.asm.bitcast(WORDS, ty, bits)
                     }
                     (Ty::F32 | Ty::I32 | Ty::U32, Ty::Bool) => {
-                        let zeros = self.asm.constant(Form::Four(from), 0);
-                        self.asm.binary(Binary::NotEqual, Form::Four(from), a, zeros)
+                        let zeros = self.asm.constant(Form::Vector(from), 0);
+                        self.asm.binary(Binary::NotEqual, Form::Vector(from), a, zeros)
                     }
-                    _ => self.asm.convert(Form::Four(from), ty, a),
+                    _ => self.asm.convert(Form::Vector(from), ty, a),
                 }
             }
             Op::Bitcast(a) => {
                 let from = self.program.ty(a);
                 let a = self.part(a, k);
-                self.asm.bitcast(Form::Four(from), ty, a)
+                self.asm.bitcast(Form::Vector(from), ty, a)
             }
         }
     }
@@ -350,7 +353,7 @@ impl<A: Assembler> Emitter<'_, A> {
     /// The given bits in lanes where the mask is set, else 0.
     fn masked_bits(&mut self, mask: A::Value, bits: u32) -> A::Value {
         let bits = self.constant(Ty::U32, bits);
-        self.asm.binary(Binary::And, WORDS, mask, bits)
+        self.asm.masked(mask, bits)
     }
 
     /// The size and the negative of floats only change their sign's bit.
@@ -360,9 +363,9 @@ impl<A: Assembler> Emitter<'_, A> {
         let (op, bits) = match (op, ty) {
             (Unary::Abs, Ty::F32) => (Binary::And, !SIGN),
             (Unary::Negate, Ty::F32) => (Binary::Xor, SIGN),
-            _ => return self.asm.unary(op, Form::Four(ty), vector),
+            _ => return self.asm.unary(op, Form::Vector(ty), vector),
         };
-        let words = self.asm.bitcast(Form::Four(ty), Ty::U32, vector);
+        let words = self.asm.bitcast(Form::Vector(ty), Ty::U32, vector);
         let bits = self.constant(Ty::U32, bits);
         let words = self.asm.binary(op, WORDS, words, bits);
         self.asm.bitcast(WORDS, ty, words)
@@ -374,20 +377,17 @@ impl<A: Assembler> Emitter<'_, A> {
         let shifts = matches!(op, Binary::ShiftLeft | Binary::ShiftRight);
         if shifts && self.shapes.is_uniform(b) {
             let count = self.scalar(b);
-            return self.asm.binary(op, Form::Four(ty), vector, count);
+            return self.asm.binary(op, Form::Vector(ty), vector, count);
         }
-        let with = self.part(b, k);
-        if !shifts && !matches!(op, Binary::Divide | Binary::Remainder) {
-            return self.asm.binary(op, Form::Four(ty), vector, with);
+        let mut with = self.part(b, k);
+        if shifts {
+            return self.asm.shift_each(op, ty, vector, with);
         }
-        // Vectors have no such instruction.
-        let mut out = vector;
-        for lane in 0..LANES {
-            let operands = [vector, with].map(|vector| self.asm.extract_lane(vector, lane));
-            let result = self.operation(op, ty, operands[0], operands[1]);
-            out = self.asm.replace_lane(out, lane, result);
+        if matches!(op, Binary::Divide | Binary::Remainder) {
+            let ones = self.constant(Ty::U32, 1);
+            with = self.asm.binary(Binary::Max, WORDS, with, ones);
         }
-        out
+        self.asm.binary(op, Form::Vector(ty), vector, with)
     }
 
     // Locals.
@@ -401,7 +401,7 @@ impl<A: Assembler> Emitter<'_, A> {
     /// Declares a variable, uniform or one per lane, initialised with a constant.
     fn declared(&mut self, ty: Ty, varies: bool, init: u32) -> Vec<A::Variable> {
         let (form, parts) = if varies {
-            (Form::Four(ty), self.vectors)
+            (Form::Vector(ty), self.vectors)
         } else {
             (Form::One(ty), 1)
         };
@@ -445,9 +445,15 @@ impl<A: Assembler> Emitter<'_, A> {
         let ty = Self::stored(info.ty);
         for (at, &bits) in (0..).zip(&info.init) {
             if varies {
-                let value = self.asm.constant(Form::Four(info.ty), bits);
+                let bits = if info.ty == Ty::Bool {
+                    0_u32.wrapping_sub(bits)
+                } else {
+                    bits
+                };
+                let value = self.asm.constant(Form::Vector(ty), bits);
                 for k in 0..self.vectors as u32 {
-                    self.asm.store(Form::Four(ty), start, at * words + k * LANES, value);
+                    self.asm
+                        .store(Form::Vector(ty), start, at * words + k * A::LANES, value);
                 }
             } else {
                 let value = self.asm.constant(Form::One(ty), bits);
@@ -459,7 +465,7 @@ impl<A: Assembler> Emitter<'_, A> {
     /// Words per element in memory.
     fn element_words(&self, array: Array) -> u32 {
         if self.shapes.array_varies(array) {
-            self.vectors as u32 * LANES
+            self.vectors as u32 * A::LANES
         } else {
             1
         }
@@ -552,7 +558,8 @@ impl<A: Assembler> Emitter<'_, A> {
             let variable = self.element_variable(array, index, k);
             return self.write_variable(variable, home, ty, new, k);
         };
-        let (form, offset) = (Form::Four(Self::stored(ty)), k as u32 * LANES);
+        let new = if ty == Ty::Bool { self.masked_bits(new, !0) } else { new };
+        let (form, offset) = (Form::Vector(Self::stored(ty)), k as u32 * A::LANES);
         let new = match self.written_under(home, k) {
             Some(active) => {
                 let old = self.asm.load(form, pointer, offset);
@@ -574,7 +581,7 @@ impl<A: Assembler> Emitter<'_, A> {
     /// Starts the mask of a region with its active lanes.
     fn push_mask(&mut self, lanes: &[A::Value]) {
         let start = |mask: &A::Value| {
-            let part = self.asm.variable(Form::Four(Ty::Bool));
+            let part = self.asm.variable(Form::Vector(Ty::Bool));
             self.asm.set(part, *mask);
             part
         };
@@ -585,13 +592,13 @@ impl<A: Assembler> Emitter<'_, A> {
 
     /// Starts a mask that lanes can leave, with all lanes that are active now.
     fn push_live(&mut self) {
-        let all = self.asm.constant(Form::Four(Ty::Bool), 1);
+        let all = self.asm.constant(Form::Vector(Ty::Bool), 1);
         let lanes = self.active().unwrap_or_else(|| vec![all; self.vectors]);
         self.push_mask(&lanes);
     }
 
     fn any(&mut self, lanes: &[A::Value]) -> A::Value {
-        let or = |a, b: &A::Value| self.asm.binary(Binary::Or, Form::Four(Ty::Bool), a, *b);
+        let or = |a, b: &A::Value| self.asm.binary(Binary::Or, Form::Vector(Ty::Bool), a, *b);
         let all = lanes[1..].iter().fold(lanes[0], or);
         self.asm.any(all)
     }
@@ -603,11 +610,11 @@ impl<A: Assembler> Emitter<'_, A> {
     }
 
     fn not(&mut self, mask: A::Value) -> A::Value {
-        self.asm.unary(Unary::Not, Form::Four(Ty::Bool), mask)
+        self.asm.unary(Unary::Not, Form::Vector(Ty::Bool), mask)
     }
 
     fn and(&mut self, a: A::Value, b: A::Value) -> A::Value {
-        self.asm.binary(Binary::And, Form::Four(Ty::Bool), a, b)
+        self.asm.binary(Binary::And, Form::Vector(Ty::Bool), a, b)
     }
 
     // Statements.
@@ -618,6 +625,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.block(block);
         for element in self.known.drain(known..) {
             self.pointers.remove(&element);
+            self.uniform_pointers.remove(&element);
         }
     }
 

@@ -34,6 +34,8 @@ mod share;
 mod stack;
 #[cfg(feature = "ahead")]
 mod toolchain;
+#[cfg(all(target_arch = "x86_64", not(windows)))]
+mod wide;
 
 use cranelift_codegen::isa::OwnedTargetIsa;
 use oneiro_shader_compiler::Trees;
@@ -43,14 +45,10 @@ pub use code::Code;
 #[cfg(feature = "ahead")]
 pub use library::{Draft, Instance, Library, LibraryError};
 pub use run::{Native, Stopped, Words};
-pub use stack::most_lanes;
 #[cfg(feature = "ahead")]
 pub use toolchain::{Toolchain, ToolchainError};
 
-use stack::{ARRAYS, FRAME, check_arrays};
-
-/// Numbers of lanes that code can be compiled for.
-pub const LANES: [u32; 3] = [4, 8, 16];
+use stack::{ARRAYS, FRAME, check_arrays, most_at_once};
 
 /// Reasons why there is no code.
 #[derive(Debug, thiserror::Error)]
@@ -58,9 +56,9 @@ pub enum Error {
     /// Code can't be compiled for this machine.
     #[error("this machine can't run code compiled at run time: {0}")]
     Machine(String),
-    /// A number of lanes that isn't in [`LANES`].
-    #[error("{0} lanes; allowed: 4, 8, 16")]
-    Lanes(u32),
+    /// A number of lanes that isn't in [`Target::lanes`].
+    #[error("{0} lanes; allowed: {1:?}")]
+    Lanes(u32, &'static [u32]),
     /// The local arrays of all lanes don't fit on a thread's stack.
     #[error("the kernel's local arrays take {0} bytes; allowed: at most {ARRAYS}")]
     Arrays(u64),
@@ -83,9 +81,18 @@ pub enum Error {
     Memory(#[from] std::io::Error),
 }
 
-/// A machine to compile for.
+/// A processor to compile for.
 pub struct Target {
-    isa: OwnedTargetIsa,
+    code: Generator,
+    checked: bool,
+}
+
+/// What generates code.
+enum Generator {
+    /// Cranelift, with vectors of 128 bits.
+    Cranelift(OwnedTargetIsa),
+    /// Ours, with vectors of 512 bits.
+    Wide,
 }
 
 impl std::fmt::Debug for Target {
@@ -95,25 +102,67 @@ impl std::fmt::Debug for Target {
 }
 
 impl Target {
-    /// This machine.
+    /// This machine, with vectors of 128 bits.
     ///
     /// # Errors
     /// [`Error::Machine`] unless the processor is 64-bit x86 with SSE4.1, or 64-bit ARM.
     pub fn host() -> Result<Self, Error> {
-        cranelift::host(false).map(|isa| Self { isa })
+        let checked = false;
+        cranelift::host(checked).map(|isa| Self {
+            code: Generator::Cranelift(isa),
+            checked,
+        })
     }
 
-    /// This machine, with all of the code generator's internal checks switched on. Compiling takes several times as long.
+    /// This machine with vectors of 512 bits, 64-bit x86; `None` unless its processor has AVX-512 (F, BW, DQ and VL) and BMI2.
+    pub fn wide() -> Option<Self> {
+        wide::is_available().then_some(Self {
+            code: Generator::Wide,
+            checked: false,
+        })
+    }
+
+    /// The same with all of the code generator's internal checks switched on. Compiling takes several times as long.
     ///
     /// # Errors
     /// As [`Self::host`].
-    pub fn checked_host() -> Result<Self, Error> {
-        cranelift::host(true).map(|isa| Self { isa })
+    pub fn checked(self) -> Result<Self, Error> {
+        let checked = true;
+        let code = match self.code {
+            Generator::Cranelift(_) => Generator::Cranelift(cranelift::host(checked)?),
+            Generator::Wide => Generator::Wide,
+        };
+        Ok(Self { code, checked })
     }
 
     /// The machine and its processor's features, as code must name them in order to run here.
     pub fn description(&self) -> String {
-        cranelift::description(&*self.isa)
+        match &self.code {
+            Generator::Cranelift(isa) => cranelift::description(&**isa),
+            Generator::Wide => wide::description(),
+        }
+    }
+
+    /// Numbers of lanes that code can be compiled for, in ascending order.
+    pub fn lanes(&self) -> &'static [u32] {
+        match self.code {
+            Generator::Cranelift(_) => &cranelift::NUMBERS,
+            Generator::Wide => &wide::NUMBERS,
+        }
+    }
+
+    /// The most lanes for which a thread's stack has room, as far as this can be computed before code is generated.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if there is none for any number.
+    pub fn most_lanes(&self, trees: &Trees) -> Result<u32, Error> {
+        let values = most_at_once(trees);
+        let fits = |lanes: &u32| {
+            let bytes = u64::from(*lanes) * values * size_of::<u32>() as u64;
+            check_arrays(trees, *lanes).is_ok() && bytes <= FRAME
+        };
+        let most = self.lanes().iter().copied().rfind(fits);
+        most.ok_or(Error::TooLarge)
     }
 
     /// Compiles a program for the given number of lanes.
@@ -121,15 +170,19 @@ impl Target {
     /// # Errors
     /// [`Error::Lanes`], [`Error::Arrays`], [`Error::TooLarge`] or [`Error::Backend`].
     pub fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
-        if !LANES.contains(&lanes) {
-            return Err(Error::Lanes(lanes));
+        if !self.lanes().contains(&lanes) {
+            return Err(Error::Lanes(lanes, self.lanes()));
         }
         check_arrays(trees, lanes)?;
+        let bytes = match &self.code {
+            Generator::Cranelift(isa) => cranelift::compile(&**isa, trees, lanes)?,
+            Generator::Wide => wide::compile(trees, lanes, self.checked)?,
+        };
         Ok(Code {
             lanes,
             target: self.description(),
             strides: trees.strides.clone(),
-            bytes: cranelift::compile(&*self.isa, trees, lanes)?,
+            bytes,
         })
     }
 }

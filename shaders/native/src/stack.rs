@@ -3,9 +3,8 @@
 use oneiro_shader_compiler::tree::{Op, Program, visit};
 use oneiro_shader_compiler::{GREATEST_LOCAL, Trees};
 
-use crate::assembler;
 use crate::share::shared;
-use crate::{Error, LANES};
+use crate::{Error, cranelift};
 
 /// Most bytes that the local arrays of all lanes may take.
 pub(crate) const ARRAYS: u64 = 1 << 18;
@@ -13,34 +12,19 @@ pub(crate) const ARRAYS: u64 = 1 << 18;
 pub(crate) const FRAME: u64 = 2 * ARRAYS;
 
 // With the fewest lanes, whatever the compiler accepts has room.
-const _: () = assert!(LANES[0] as u64 * GREATEST_LOCAL as u64 <= ARRAYS);
+const _: () = assert!(cranelift::NUMBERS[0] as u64 * GREATEST_LOCAL as u64 <= ARRAYS);
 
 /// Values of the longest program of which nobody counts what no register holds.
 const LONG: usize = 10_000;
 /// Vectors that registers hold, at most.
 const REGISTERS: u64 = 32;
-/// Bytes of a vector.
-const VECTOR: u64 = 16;
-
-/// The most lanes for which a thread's stack has room, as far as this can be computed before code is generated.
-///
-/// # Errors
-/// [`Error::TooLarge`] if there is none for any number.
-pub fn most_lanes(trees: &Trees) -> Result<u32, Error> {
-    let values = if trees.tidied.values.len() > LONG {
-        most_at_once(&shared(trees), trees).saturating_sub(REGISTERS)
-    } else {
-        0
-    };
-    let fits = |lanes: &u32| {
-        let vectors = u64::from(*lanes / assembler::LANES);
-        check_arrays(trees, *lanes).is_ok() && VECTOR * vectors * values <= FRAME
-    };
-    LANES.into_iter().rfind(fits).ok_or(Error::TooLarge)
-}
-
-/// The most values that differ between lanes and are yet to be used, at any one place.
-fn most_at_once(program: &Program, trees: &Trees) -> u64 {
+/// The most values that differ between lanes and are yet to be used, at any one place of a long program, besides those that registers
+/// hold; 0 for a short one.
+pub(crate) fn most_at_once(trees: &Trees) -> u64 {
+    if trees.tidied.values.len() <= LONG {
+        return 0;
+    }
+    let program: &Program = &shared(trees);
     let mut last = vec![0; program.values.len()];
     let mut at = 0;
     visit(&program.body, &mut |statement| {
@@ -65,7 +49,7 @@ fn most_at_once(program: &Program, trees: &Trees) -> u64 {
         most = most.max(now);
         now -= ends[at];
     });
-    most
+    u64::saturating_sub(most, REGISTERS)
 }
 
 /// Refuses local arrays that a stack doesn't hold.

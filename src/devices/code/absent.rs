@@ -6,9 +6,8 @@ use oneiro_shaders::{Kernel, Words};
 use crate::evaluator::Error;
 
 /// No lane code has this name.
+#[allow(dead_code, reason = "of code compiled at run time nobody asks it")]
 pub(crate) const NAME: &str = "";
-#[allow(dead_code, reason = "of the interpreter nobody asks it")]
-pub(crate) const LANES: u32 = 1;
 
 /// Code; there is none.
 #[derive(Clone, Copy, Debug)]

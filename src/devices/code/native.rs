@@ -13,11 +13,42 @@ use crate::devices::background;
 use crate::devices::variants::Setting;
 use crate::evaluator::Error;
 
-/// 16 lanes in vectors of 128 bits.
-pub(crate) const NAME: &str = "native128x16";
-pub(crate) const LANES: u32 = 16;
-/// Lanes of the code that a long program has at first. It takes half as long to compile.
-const FIRST: u32 = 8;
+/// A code generator, and the number of lanes that it is asked for.
+#[derive(Debug)]
+struct Kind {
+    name: &'static str,
+    lanes: u32,
+    /// Lanes of the code that a long program has at first. It takes half as long to compile.
+    first: u32,
+    target: fn() -> Option<native::Target>,
+}
+
+/// Vectors of 512 and 128 bits.
+static KINDS: [Kind; 3] = [
+    Kind {
+        name: "native512x64",
+        lanes: 64,
+        first: 16,
+        target: native::Target::wide,
+    },
+    Kind {
+        name: "native512x16",
+        lanes: 16,
+        first: 16,
+        target: native::Target::wide,
+    },
+    Kind {
+        name: "native128x16",
+        lanes: 16,
+        first: 8,
+        target: host,
+    },
+];
+
+fn host() -> Option<native::Target> {
+    native::Target::host().ok()
+}
+
 /// Values of the longest program whose code with all lanes is compiled in less than 150 ms.
 const LONG: usize = 3_500;
 
@@ -26,54 +57,88 @@ const LONG: usize = 3_500;
 pub(crate) struct Code {
     native: Arc<native::Native>,
     kernel: &'static str,
+    kind: &'static Kind,
 }
 
-/// Whether code can be compiled for this processor.
-pub(crate) fn is_available() -> bool {
-    native::Target::host().is_ok()
+/// Those that this processor runs, the fastest first.
+fn kinds() -> impl Iterator<Item = &'static Kind> {
+    KINDS.iter().filter(|kind| (kind.target)().is_some())
 }
+
+/// Names and numbers of lanes of the codes that can be compiled for this processor, the fastest first.
+pub(crate) fn all() -> impl Iterator<Item = (&'static str, u32)> {
+    kinds().map(|kind| (kind.name, kind.lanes))
+}
+
+/// The codes of a kernel's name and their own.
+type Known = BTreeMap<(&'static str, &'static str), Result<Code, String>>;
 
 /// The code of each kernel so far, or why there is none.
-fn known() -> MutexGuard<'static, BTreeMap<&'static str, Result<Code, String>>> {
-    static COMPILED: Mutex<BTreeMap<&str, Result<Code, String>>> = Mutex::new(BTreeMap::new());
+fn known() -> MutexGuard<'static, Known> {
+    static COMPILED: Mutex<Known> = Mutex::new(BTreeMap::new());
     // A poisoned lock is fine: entries are added complete or not at all.
     COMPILED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Why a kernel had to be compiled and couldn't be.
+/// Why a kernel had to be compiled and couldn't be by any generator.
 pub(crate) fn problem(kernel: &'static Kernel) -> Option<String> {
-    known().get(kernel.name)?.clone().err()
+    let known = known();
+    let of_kind = |kind: &Kind| known.get(&(kernel.name, kind.name))?.clone().err();
+    kinds().map(of_kind).collect::<Option<Vec<_>>>()?.pop()
 }
 
 /// Held by the one of the threads in the background that compiles.
 static TURN: Mutex<()> = Mutex::new(());
+
+/// A kernel's code by name; `None` if there is no such code for this processor.
+pub(crate) fn named(kernel: &'static Kernel, name: &str) -> Option<Result<Code, Error>> {
+    kinds()
+        .find(|kind| kind.name == name)
+        .map(|kind| compiled(kernel, kind))
+}
+
+/// The fastest code that a kernel can be compiled to.
+///
+/// # Errors
+/// [`Error::NoDevice`] if there is none.
+pub(crate) fn best(kernel: &'static Kernel) -> Result<Code, Error> {
+    let mut problem = Error::NoDevice("this processor has no code compiled at run time".into());
+    for kind in kinds() {
+        match compiled(kernel, kind) {
+            Ok(code) => return Ok(code),
+            Err(error) => problem = error,
+        }
+    }
+    Err(problem)
+}
 
 /// Returns a kernel's code. That of a long program has fewer lanes at first, until that of all lanes has been compiled in the
 /// background.
 ///
 /// # Errors
 /// [`Error::NoDevice`] if it can't be compiled.
-pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
+fn compiled(kernel: &'static Kernel, kind: &'static Kind) -> Result<Code, Error> {
     let mut known = known();
-    if let Some(code) = known.get(kernel.name) {
+    let name = (kernel.name, kind.name);
+    if let Some(code) = known.get(&name) {
         return code.clone().map_err(Error::NoDevice);
     }
-    let compiler = Compiler::new(kernel, native::Cache::of_user())?;
+    let compiler = Compiler::new(kernel, kind, native::Cache::of_user());
     let (code, is_whole) = match compiler.first() {
         Ok(first) => first,
         Err(error) => {
-            known.insert(kernel.name, Err(error.to_string()));
+            known.insert(name, Err(error.to_string()));
             return Err(error);
         }
     };
-    known.insert(kernel.name, Ok(code.clone()));
+    known.insert(name, Ok(code.clone()));
     let lanes = code.lanes();
     if !is_whole {
         let whole = move || {
             // Waiting jobs have no memory yet: compiling the longest shipped kernels takes 350 MB.
             let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
             if let Ok(Some(code)) = compiler.whole(lanes) {
-                self::known().insert(kernel.name, Ok(code));
+                self::known().insert(name, Ok(code));
             }
         };
         // Without another thread, the code with fewer lanes remains. At its end the process waits for it, so that the code is in the
@@ -88,28 +153,39 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
 /// Compiles a kernel, unless its code is in a cache.
 struct Compiler {
     kernel: &'static Kernel,
+    kind: &'static Kind,
     target: native::Target,
     cache: Option<native::Cache>,
 }
 
 impl Compiler {
-    fn new(kernel: &'static Kernel, cache: Option<native::Cache>) -> Result<Self, Error> {
-        let target = native::Target::host().map_err(|error| refused(kernel, &error.to_string()))?;
-        Ok(Self { kernel, target, cache })
+    fn new(kernel: &'static Kernel, kind: &'static Kind, cache: Option<native::Cache>) -> Self {
+        Self {
+            kernel,
+            kind,
+            target: (kind.target)().expect("it is there once it is a kind of this processor"),
+            cache,
+        }
+    }
+
+    /// Numbers of lanes up to this one, in descending order.
+    fn lanes_to(&self, most: u32) -> impl Iterator<Item = u32> + use<> {
+        let lanes = self.target.lanes().iter().copied().rev();
+        lanes.filter(move |lanes| *lanes <= most)
     }
 
     /// The code that can be had soon, and whether none with more lanes is worth waiting for.
     fn first(&self) -> Result<(Code, bool), Error> {
-        for lanes in native::LANES.into_iter().rev() {
+        for lanes in self.lanes_to(self.kind.lanes) {
             let key = native::Key::new(self.kernel.wgsl, lanes, &self.target);
             if let Some(code) = self.cache.as_ref().and_then(|cache| cache.load(&key)) {
-                return Ok((self.ready(&code)?, lanes == LANES));
+                return Ok((self.ready(&code)?, lanes == self.kind.lanes));
             }
         }
         let trees = trees_of(self.kernel)?;
         let most = self.most_lanes(&trees)?;
         let is_long = trees.tidied.values.len() > LONG;
-        let lanes = if is_long { FIRST.min(most) } else { most };
+        let lanes = if is_long { self.kind.first.min(most) } else { most };
         Ok((self.compile(&trees, lanes)?, lanes == most))
     }
 
@@ -122,14 +198,15 @@ impl Compiler {
     }
 
     fn most_lanes(&self, trees: &Trees) -> Result<u32, Error> {
-        native::most_lanes(trees).map_err(|error| refused(self.kernel, &error.to_string()))
+        let most = self.target.most_lanes(trees);
+        let most = most.map_err(|error| refused(self.kernel, &error.to_string()))?;
+        Ok(most.min(self.kind.lanes))
     }
 
     /// The code with these lanes, or with fewer where a thread's stack has no room for more.
     fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
-        let fewer = native::LANES.into_iter().rev().filter(|fewer| *fewer <= lanes);
         let mut failed = None;
-        for lanes in fewer {
+        for lanes in self.lanes_to(lanes) {
             let compile = || self.target.compile(trees, lanes);
             let code = match &self.cache {
                 Some(cache) => cache.load_or(&native::Key::new(self.kernel.wgsl, lanes, &self.target), compile),
@@ -152,6 +229,7 @@ impl Compiler {
         Ok(Code {
             native: Arc::new(native),
             kernel: self.kernel.name,
+            kind: self.kind,
         })
     }
 }
@@ -181,21 +259,24 @@ pub(super) fn words(buffers: &[Words]) -> Vec<native::Words> {
     buffers.iter().map(words).collect()
 }
 
-/// Compiles a program of a kernel for a world.
-pub(crate) fn specialised(generic: &Generic, setting: &Setting, program: Program) -> Result<Code, String> {
-    let kernel = setting.kernel.name;
-    let trees = generic
-        .trees(program)
-        .map_err(|refusals| format!("{kernel}: {}", refusals[0]))?;
-    let said = |error: native::Error| format!("{kernel}: {error}");
-    let code = native::Target::host()
-        .and_then(|target| target.compile(&trees, native::most_lanes(&trees)?))
-        .map_err(said)?;
-    let native = Arc::new(native::Native::new(&code).map_err(said)?);
-    Ok(Code { native, kernel })
-}
-
 impl Code {
+    /// Compiles a program of a kernel for a world, by the same generator as this code.
+    pub(crate) fn specialise(&self) -> impl Fn(&Generic, &Setting, Program) -> Result<Self, String> + use<> {
+        let kind = self.kind;
+        move |generic, setting, program| {
+            let kernel = setting.kernel.name;
+            let trees = generic
+                .trees(program)
+                .map_err(|refusals| format!("{kernel}: {}", refusals[0]))?;
+            let said = |error: native::Error| format!("{kernel}: {error}");
+            let target = (kind.target)().expect("it is there for the other code");
+            let most = target.most_lanes(&trees).map_err(said)?;
+            let code = target.compile(&trees, most.min(kind.lanes)).map_err(said)?;
+            let native = Arc::new(native::Native::new(&code).map_err(said)?);
+            Ok(Self { native, kernel, kind })
+        }
+    }
+
     pub(crate) fn lanes(&self) -> u32 {
         self.native.lanes()
     }
@@ -232,19 +313,27 @@ impl Code {
 mod tests {
     use super::*;
 
-    /// A long program's first code has half the lanes, and a short one's all.
+    /// A long program's first code has fewer lanes, and a short one's all.
     #[test]
     fn long_programs_begin_with_fewer_lanes() {
-        for (kernel, lanes) in [
-            (&oneiro_shaders::PROBE_NUMERICS, LANES),
-            (&oneiro_shaders::SURROGATE_PERCEPTRON, FIRST),
-        ] {
-            let compiler = Compiler::new(kernel, None).unwrap();
-            let (code, is_whole) = compiler.first().unwrap();
-            assert_eq!((code.lanes(), is_whole), (lanes, lanes == LANES), "{}", kernel.name);
-            let whole = compiler.whole(code.lanes()).unwrap();
-            assert_eq!(whole.is_none(), is_whole);
-            assert!(whole.is_none_or(|whole| whole.lanes() == LANES));
+        for kind in kinds() {
+            for (kernel, lanes) in [
+                (&oneiro_shaders::PROBE_NUMERICS, kind.lanes),
+                (&oneiro_shaders::SURROGATE_PERCEPTRON, kind.first),
+            ] {
+                let compiler = Compiler::new(kernel, kind, None);
+                let (code, is_whole) = compiler.first().unwrap();
+                let all = kind.lanes;
+                assert_eq!(
+                    (code.lanes(), is_whole),
+                    (lanes, lanes == all),
+                    "{}, {kind:?}",
+                    kernel.name
+                );
+                let whole = compiler.whole(code.lanes()).unwrap();
+                assert_eq!(whole.is_none(), is_whole);
+                assert!(whole.is_none_or(|whole| whole.lanes() == all));
+            }
         }
     }
 }

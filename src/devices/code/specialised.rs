@@ -35,29 +35,31 @@ impl Specialised {
     /// Of each group, the code for its world, where it is ready. Empty if there is none for any.
     pub(crate) fn ready(&self, code: &LaneCode, groups: &[Part<'_>], control: &Control) -> Vec<Option<LaneCode>> {
         let mut variants = self.lock();
-        if !matches!(code, LaneCode::Native(_)) || variants.when == Specialise::Auto && worlds(groups).count() > WORLDS
-        {
+        let LaneCode::Native(code) = code else {
+            return Vec::new();
+        };
+        if variants.when == Specialise::Auto && worlds(groups).count() > WORLDS {
             return Vec::new();
         }
         let of_world = |(world, groups): (u32, &[Part<'_>])| {
-            let variant = variants.ready(&Setting::of(&groups[0], world), control, || native::specialised);
+            let variant = variants.ready(&Setting::of(&groups[0], world), control, || code.specialise());
             vec![variant.map(LaneCode::Native); groups.len()]
         };
         worlds(groups).flat_map(of_world).collect()
     }
 
-    /// Notes that groups ran on the codes that were ready, and their total time.
-    pub(crate) fn spend(&self, groups: &[Part<'_>], mut ready: &[Option<LaneCode>], time: Duration) {
-        if ready.is_empty() {
+    /// Notes that groups ran on the codes that were ready, or else on this one, and their total time.
+    pub(crate) fn spend(&self, code: &LaneCode, groups: &[Part<'_>], mut ready: &[Option<LaneCode>], time: Duration) {
+        let (LaneCode::Native(code), false) = (code, ready.is_empty()) else {
             return;
-        }
+        };
         let mut variants = self.lock();
         for (world, groups_of_world) in worlds(groups) {
             if ready[0].is_some() {
                 variants.steps += groups_of_world.iter().map(Part::steps).sum::<u64>();
             } else {
                 let share = time.mul_f64(groups_of_world.len() as f64 / groups.len() as f64);
-                variants.spend(Setting::of(&groups_of_world[0], world), share, || native::specialised);
+                variants.spend(Setting::of(&groups_of_world[0], world), share, || code.specialise());
             }
             ready = &ready[groups_of_world.len()..];
         }

@@ -18,7 +18,7 @@ impl Specialised {
         Vec::new()
     }
 
-    pub(crate) fn spend(&self, _: &[Part<'_>], _: &[Option<LaneCode>], _: Duration) {}
+    pub(crate) fn spend(&self, _: &LaneCode, _: &[Part<'_>], _: &[Option<LaneCode>], _: Duration) {}
 
     pub(crate) fn steps(&self) -> u64 {
         0

@@ -3,8 +3,8 @@
 use oneiro_shader_compiler::tree::{Address, Binary, Ty, Value};
 use oneiro_shader_compiler::uniform::Shape;
 
-use super::{Element, Emitter, Pointers, WORD, WORDS};
-use crate::assembler::{Assembler, Form, LANES};
+use super::{Emitter, WORD, WORDS};
+use crate::assembler::{Assembler, Form};
 
 impl<A: Assembler> Emitter<'_, A> {
     /// Element of an address, unless it is the same for all lanes.
@@ -24,8 +24,8 @@ impl<A: Assembler> Emitter<'_, A> {
             return self.asm.buffer_pointer(address.buffer, zero);
         };
         let key = (address.buffer, element, address.stride, 0);
-        if let Some(known) = self.pointers.get(&key) {
-            return known[0];
+        if let Some(known) = self.uniform_pointers.get(&key) {
+            return *known;
         }
         let element = self.scalar(element);
         let last = self.ends[address.buffer as usize].last;
@@ -35,12 +35,13 @@ impl<A: Assembler> Emitter<'_, A> {
             index = self.arithmetic(Binary::Multiply, index, stride);
         }
         let pointer = self.asm.buffer_pointer(address.buffer, index);
-        self.hold_pointers(key, [pointer; LANES as usize]);
+        self.uniform_pointers.insert(key, pointer);
+        self.known.push(key);
         pointer
     }
 
     /// Pointers to the elements of a vector's lanes, clamped.
-    fn pointers(&mut self, address: &Address, element: Value, k: usize, mask: Option<A::Value>) -> Pointers<A::Value> {
+    fn pointers(&mut self, address: &Address, element: Value, k: usize, mask: Option<A::Value>) -> A::Pointers {
         let elements = self.part(element, k);
         let lasts = self.ends[address.buffer as usize].lasts;
         let mut indices = self.asm.binary(Binary::Min, WORDS, elements, lasts);
@@ -56,19 +57,15 @@ impl<A: Assembler> Emitter<'_, A> {
     }
 
     /// The same without a mask, computed only once.
-    fn known_pointers(&mut self, address: &Address, element: Value, k: usize) -> Pointers<A::Value> {
+    fn known_pointers(&mut self, address: &Address, element: Value, k: usize) -> A::Pointers {
         let key = (address.buffer, element, address.stride, k);
         if let Some(known) = self.pointers.get(&key) {
-            return *known;
+            return known.clone();
         }
         let pointers = self.pointers(address, element, k, None);
-        self.hold_pointers(key, pointers);
+        self.pointers.insert(key, pointers.clone());
+        self.known.push(key);
         pointers
-    }
-
-    fn hold_pointers(&mut self, element: Element, pointers: Pointers<A::Value>) {
-        self.pointers.insert(element, pointers);
-        self.known.push(element);
     }
 
     pub(super) fn load_uniform(&mut self, targets: &[Value], address: &Address) {
@@ -89,8 +86,8 @@ impl<A: Assembler> Emitter<'_, A> {
         pointer: Option<A::Value>,
     ) {
         if let (Some(pointer), [target]) = (pointer, targets) {
-            let form = Form::Four(self.program.ty(*target));
-            let part = self.asm.load(form, pointer, k as u32 * LANES);
+            let form = Form::Vector(self.program.ty(*target));
+            let part = self.asm.load(form, pointer, k as u32 * A::LANES);
             return self.hold_part(*target, k, part);
         }
         let pointers = self.known_pointers(address, element, k);
@@ -135,7 +132,7 @@ impl<A: Assembler> Emitter<'_, A> {
 
     /// Memory of one word per lane, for use within one statement.
     fn scratch(&mut self) -> A::Array {
-        let words = self.vectors as u32 * LANES;
+        let words = self.vectors as u32 * A::LANES;
         *self.scratch.get_or_insert_with(|| self.asm.array(words))
     }
 
@@ -160,7 +157,7 @@ impl<A: Assembler> Emitter<'_, A> {
         }
         let next = self.arithmetic(Binary::Add, at, one);
         self.asm.set(lane, next);
-        let lanes = self.word(self.vectors as u32 * LANES);
+        let lanes = self.word(self.vectors as u32 * A::LANES);
         let all = self.arithmetic(Binary::Equal, next, lanes);
         self.asm.begin_if(all);
         self.asm.leave(label);
@@ -188,7 +185,7 @@ impl<A: Assembler> Emitter<'_, A> {
         let part = self.part(value, k);
         match self.program.ty(value) {
             Ty::Bool => self.masked_bits(part, 1),
-            ty => self.asm.bitcast(Form::Four(ty), Ty::U32, part),
+            ty => self.asm.bitcast(Form::Vector(ty), Ty::U32, part),
         }
     }
 
@@ -222,7 +219,7 @@ impl<A: Assembler> Emitter<'_, A> {
         self.asm.end_if();
         let pointer = self.asm.get(place);
         for (k, words) in (0..).zip(words) {
-            self.asm.store(WORDS, pointer, k * LANES, *words);
+            self.asm.store(WORDS, pointer, k * A::LANES, *words);
         }
         self.asm.begin_rare_if(beyond);
         self.each_word(address, first, scratch, false);
@@ -230,12 +227,7 @@ impl<A: Assembler> Emitter<'_, A> {
     }
 
     /// Pointers to the active lanes' elements. The last ones are kept, since a struct is stored word by word.
-    fn active_pointers(
-        &mut self,
-        address: &Address,
-        element: Value,
-        active: Option<&[A::Value]>,
-    ) -> Vec<Pointers<A::Value>> {
+    fn active_pointers(&mut self, address: &Address, element: Value, active: Option<&[A::Value]>) -> Vec<A::Pointers> {
         let key = (address.buffer, element, address.stride, 0);
         if let Some((_, known)) = self.stored_to.as_ref().filter(|(other, _)| *other == key) {
             return known.clone();

@@ -48,15 +48,30 @@ pub(crate) fn meaning(trees: &Trees, mut buffers: Vec<Vec<u32>>, extent: &Extent
     Ok(buffers)
 }
 
-/// A program's machine code. The short code for four lanes is compiled with the code generator's internal checks.
-pub(crate) fn native(trees: &Trees, lanes: u32) -> Native {
-    let target = if lanes == 4 {
-        Target::checked_host()
-    } else {
-        Target::host()
-    };
-    let code = target.expect("this machine has machine code").compile(trees, lanes);
-    Native::new(&code.expect("it compiles")).expect("there is memory")
+/// What this machine has code for.
+pub(crate) fn targets() -> Vec<Target> {
+    let host = Target::host().expect("this machine has machine code");
+    Target::wide().into_iter().chain([host]).collect()
+}
+
+/// A program's machine code by each code generator and for each number of lanes. That of the fewest lanes, which is short, is compiled
+/// with all internal checks.
+pub(crate) fn natives(trees: &Trees) -> Vec<Native> {
+    let mut natives = Vec::new();
+    for target in targets() {
+        let [fewest, more @ ..] = target.lanes() else {
+            panic!("there is no number of lanes")
+        };
+        natives.extend(more.iter().map(|lanes| native(&target, trees, *lanes)));
+        natives.push(native(&target.checked().expect("it was there"), trees, *fewest));
+    }
+    natives
+}
+
+/// A program's machine code.
+pub(crate) fn native(target: &Target, trees: &Trees, lanes: u32) -> Native {
+    let code = target.compile(trees, lanes).expect("it compiles");
+    Native::new(&code).expect("there is memory")
 }
 
 /// Buffers after machine code has run.

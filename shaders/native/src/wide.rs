@@ -1,0 +1,731 @@
+//! Machine code of our own for 64-bit x86 with AVX-512: 16 lanes in a register, masks of lanes in registers of their own. From the
+//! assembler's calls to a [`graph`], whose values get registers ([`allocate`]) and then bytes ([`write`], [`encode`]).
+
+mod allocate;
+mod encode;
+mod graph;
+mod operations;
+mod write;
+
+use std::mem::offset_of;
+
+use oneiro_shader_compiler::Trees;
+use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
+
+use self::allocate::Function;
+use self::encode::{Condition, Evex};
+use self::graph::{BlockId, Graph, Inst, Value, Variable};
+use self::operations::instructions as x86;
+use self::operations::{Arithmetic, Class, Logic, Op, Shift};
+use crate::assembler::{Assembler, Form};
+use crate::emit::emit;
+use crate::{Error, Words};
+
+/// Numbers of lanes that code can be compiled for.
+pub(crate) const NUMBERS: [u32; 3] = [16, 32, 64];
+/// Lanes of a vector.
+const LANES: u32 = 16;
+/// Bytes per word.
+const WORD: u32 = 4;
+/// Layout of [`Words`] in bytes.
+const BUFFER: i32 = size_of::<Words>() as i32;
+const START: i32 = offset_of!(Words, start) as i32;
+const LENGTH: i32 = offset_of!(Words, len) as i32;
+/// The bit of a float's sign.
+const SIGN: u32 = 1 << 31;
+/// How a float is rounded to an integer, in the instruction that does so: down, or towards zero, without a report of what is lost.
+const DOWN: u8 = 9;
+const TO_ZERO: u8 = 11;
+
+/// Whether this processor runs it.
+pub(crate) fn is_available() -> bool {
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("bmi2")
+}
+
+/// The machine, and the features of its processor that the code needs.
+pub(crate) fn description() -> String {
+    "x86_64 avx512f avx512bw avx512dq avx512vl bmi2".into()
+}
+
+/// Compiles a program to machine code. `checked`: what has registers is checked.
+pub(crate) fn compile(trees: &Trees, lanes: u32, checked: bool) -> Result<Vec<u8>, Error> {
+    let mut asm = Wide::new(trees);
+    emit(&mut asm, trees, lanes);
+    let Wide {
+        mut graph,
+        mut arrays,
+        end,
+        ..
+    } = asm;
+    arrays.push(end);
+    graph.finish(folded);
+    let function = Function::new(&graph, folded);
+    let output = function.allocate(checked)?;
+    write::write(&graph, &function, &output, &arrays)
+}
+
+/// Which operand of an instruction is a constant that is written into it.
+fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
+    let is = |at: usize| {
+        let op = graph.op(inst.args.get(at));
+        let is_vector = matches!(op, Some(Op::Constant(_) | Op::Ramp(_)));
+        let is_number = matches!(op, Some(Op::Int(_)));
+        match inst.op {
+            Op::Arithmetic(_) | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => is_number,
+            Op::Two(op) | Op::Test(op) => is_vector && op.takes_constants(),
+            Op::One(_) | Op::Blend | Op::Masked => is_vector,
+            _ => false,
+        }
+    };
+    let at = match inst.op {
+        Op::One(_) => 0,
+        Op::Arithmetic(_) | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => 1,
+        op => op.takes_memory()?,
+    };
+    is(at).then_some(at)
+}
+
+/// A construct that has begun and not ended.
+#[derive(Clone, Copy, Debug)]
+enum Open {
+    /// An `if`: the block of its `else`, and the block after it.
+    If(BlockId, BlockId),
+    /// An `else`: the block after it.
+    Else(BlockId),
+    /// A block: the one after it.
+    Block(BlockId),
+    /// A loop: its head, and the block after it.
+    Loop(BlockId, BlockId),
+}
+
+/// Pointers to a word for each lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pointers {
+    start: Value,
+    indices: Value,
+    /// The lanes that are stored to; `None` for all.
+    mask: Option<Value>,
+}
+
+struct Wide {
+    graph: Graph,
+    buffers: Value,
+    /// First word of each buffer.
+    starts: Vec<Value>,
+    workgroup: Value,
+    first_lane: Value,
+    /// Turns left for loops.
+    turns_left: Variable,
+    /// Where local arrays begin, in bytes, and the end of the last one.
+    arrays: Vec<u32>,
+    end: u32,
+    open: Vec<Open>,
+    /// Number of open constructs in code that hardly ever runs, of which the last is the `if` that it stands in.
+    rare: Option<usize>,
+}
+
+fn class(form: Form) -> Class {
+    match form {
+        Form::One(Ty::F32) => Class::Vector,
+        Form::One(_) => Class::Int,
+        Form::Vector(Ty::Bool) => Class::Mask,
+        Form::Vector(_) => Class::Vector,
+    }
+}
+
+/// Byte offset of a word. No element is large enough for it to overflow, since the stack's limit is one of elements too.
+fn displacement(words: u32) -> i32 {
+    (words * WORD) as i32
+}
+
+/// The number of a comparison in instructions on floats, none of which reports NaN.
+fn float_test(op: Binary) -> Option<u8> {
+    Some(match op {
+        Binary::Equal => 0,
+        Binary::NotEqual => 4,
+        Binary::Less => 17,
+        Binary::LessEqual => 18,
+        Binary::Greater => 30,
+        Binary::GreaterEqual => 29,
+        _ => return None,
+    })
+}
+
+/// The same for vectors of integers.
+fn integer_test(op: Binary) -> Option<u8> {
+    Some(match op {
+        Binary::Equal => 0,
+        Binary::Less => 1,
+        Binary::LessEqual => 2,
+        Binary::NotEqual => 4,
+        Binary::GreaterEqual => 5,
+        Binary::Greater => 6,
+        _ => return None,
+    })
+}
+
+fn condition(op: Binary, signed: bool) -> Option<Condition> {
+    Some(match op {
+        Binary::Equal => Condition::Equal,
+        Binary::NotEqual => Condition::NotEqual,
+        Binary::Less if signed => Condition::Less,
+        Binary::LessEqual if signed => Condition::LessEqual,
+        Binary::Greater if signed => Condition::Greater,
+        Binary::GreaterEqual if signed => Condition::GreaterEqual,
+        Binary::Less => Condition::Below,
+        Binary::LessEqual => Condition::BelowEqual,
+        Binary::Greater => Condition::Above,
+        Binary::GreaterEqual => Condition::AboveEqual,
+        _ => return None,
+    })
+}
+
+/// Whether its operands can change places.
+fn commutes(op: Binary, ty: Ty) -> bool {
+    match op {
+        // Of two zeros, or of a number and NaN, minimum and maximum of floats take the second one.
+        Binary::Min | Binary::Max => ty != Ty::F32,
+        Binary::Add | Binary::Multiply | Binary::And | Binary::Or | Binary::Xor | Binary::Equal | Binary::NotEqual => {
+            true
+        }
+        _ => false,
+    }
+}
+
+impl Wide {
+    fn new(trees: &Trees) -> Self {
+        let mut graph = Graph::new();
+        let [buffers, workgroup, first_lane, turns] = graph.parameters();
+        let [workgroup, first_lane] = [workgroup, first_lane].map(|word| graph.add(Op::Low, Class::Int, &[word]));
+        let starts = (0..trees.strides.len() as i32)
+            .map(|at| graph.add(Op::LoadPointer(at * BUFFER + START), Class::Int, &[buffers]))
+            .collect();
+        let turns_left = graph.variable(Class::Int);
+        graph.set(turns_left, turns);
+        Self {
+            graph,
+            buffers,
+            starts,
+            workgroup,
+            first_lane,
+            turns_left,
+            arrays: Vec::new(),
+            end: 0,
+            open: Vec::new(),
+            rare: None,
+        }
+    }
+
+    fn int(&mut self, op: Op, args: &[Value]) -> Value {
+        self.graph.add(op, Class::Int, args)
+    }
+
+    fn mask(&mut self, op: Op, args: &[Value]) -> Value {
+        self.graph.add(op, Class::Mask, args)
+    }
+
+    fn vector(&mut self, op: Op, args: &[Value]) -> Value {
+        self.graph.add(op, Class::Vector, args)
+    }
+
+    fn is_constant(&self, value: Value) -> bool {
+        matches!(self.graph.op(value), Some(Op::Int(_) | Op::Constant(_) | Op::Ramp(_)))
+    }
+
+    /// All lanes if a scalar is true, else none.
+    fn lanes_if(&mut self, condition: Value) -> Value {
+        let bits = self.int(Op::Negate, &[condition]);
+        self.mask(Op::MaskOfBits, &[bits])
+    }
+
+    fn integers(&mut self, op: Binary, signed: bool, a: Value, b: Value) -> Value {
+        let op = match op {
+            Binary::Add => Op::Arithmetic(Arithmetic::Add),
+            Binary::Subtract => Op::Arithmetic(Arithmetic::Subtract),
+            Binary::And => Op::Arithmetic(Arithmetic::And),
+            Binary::Or => Op::Arithmetic(Arithmetic::Or),
+            Binary::Xor => Op::Arithmetic(Arithmetic::Xor),
+            Binary::Multiply => Op::Multiply,
+            Binary::Divide => Op::Divide,
+            Binary::Remainder => Op::Remainder,
+            Binary::Min => Op::Extreme(if signed { Condition::Less } else { Condition::Below }),
+            Binary::Max => Op::Extreme(if signed { Condition::Greater } else { Condition::Above }),
+            Binary::ShiftLeft => Op::Shift(Shift::Left),
+            Binary::ShiftRight if signed => Op::Shift(Shift::SignedRight),
+            Binary::ShiftRight => Op::Shift(Shift::Right),
+            compares => Op::Compare(condition(compares, signed).expect("others are not comparisons")),
+        };
+        self.int(op, &[a, b])
+    }
+
+    fn floats(&mut self, op: Binary, is_vector: bool, a: Value, b: Value) -> Value {
+        let (all, one) = match op {
+            Binary::Add => (x86::VADDPS, x86::VADDSS),
+            Binary::Subtract => (x86::VSUBPS, x86::VSUBSS),
+            Binary::Multiply => (x86::VMULPS, x86::VMULSS),
+            Binary::Min => (x86::VMINPS, x86::VMINSS),
+            Binary::Max => (x86::VMAXPS, x86::VMAXSS),
+            op => {
+                let test = float_test(op).expect("floats have no other operations");
+                if is_vector {
+                    return self.mask(Op::Test(x86::VCMPPS.with(test)), &[a, b]);
+                }
+                let mask = self.mask(Op::Test(x86::VCMPSS.with(test)), &[a, b]);
+                return self.int(Op::BitsOfMask, &[mask]);
+            }
+        };
+        self.vector(Op::Two(if is_vector { all } else { one }), &[a, b])
+    }
+
+    fn masks(&mut self, op: Binary, a: Value, b: Value) -> Value {
+        let inverted = |value| match self.graph.op(value) {
+            Some(Op::InvertMask) => Some(self.graph.arg(value, 0)),
+            _ => None,
+        };
+        match op {
+            Binary::And => {
+                if let Some(b) = inverted(b) {
+                    return self.mask(Op::Logic(Logic::AndNot), &[b, a]);
+                }
+                if let Some(a) = inverted(a) {
+                    return self.mask(Op::Logic(Logic::AndNot), &[a, b]);
+                }
+                self.mask(Op::Logic(Logic::And), &[a, b])
+            }
+            Binary::Or => self.mask(Op::Logic(Logic::Or), &[a, b]),
+            Binary::Equal => self.mask(Op::Logic(Logic::Same), &[a, b]),
+            Binary::Xor | Binary::NotEqual => self.mask(Op::Logic(Logic::Xor), &[a, b]),
+            other => unreachable!("truth values have no {other:?}"),
+        }
+    }
+
+    fn vectors(&mut self, op: Binary, ty: Ty, a: Value, b: Value) -> Value {
+        let signed = ty == Ty::I32;
+        let op = match op {
+            Binary::Add => x86::VPADDD,
+            Binary::Subtract => x86::VPSUBD,
+            Binary::Multiply => x86::VPMULLD,
+            Binary::And => x86::VPANDD,
+            Binary::Or => x86::VPORD,
+            Binary::Xor => x86::VPXORD,
+            Binary::Min if signed => x86::VPMINSD,
+            Binary::Max if signed => x86::VPMAXSD,
+            Binary::Min => x86::VPMINUD,
+            Binary::Max => x86::VPMAXUD,
+            Binary::Divide | Binary::Remainder => return self.divided(op, a, b),
+            Binary::ShiftLeft | Binary::ShiftRight => return self.shifted(op, signed, a, b),
+            op => {
+                let test = integer_test(op).expect("integers have no other operations");
+                let compare = if signed { x86::VPCMPD } else { x86::VPCMPUD };
+                return self.mask(Op::Test(compare.with(test)), &[a, b]);
+            }
+        };
+        self.vector(Op::Two(op), &[a, b])
+    }
+
+    /// Shifts all lanes by a scalar.
+    fn shifted(&mut self, op: Binary, signed: bool, a: Value, count: Value) -> Value {
+        // The number of the operation in the instruction by a number, and the one by a register.
+        let (number, by_register) = match op {
+            Binary::ShiftLeft => (6, x86::VPSLLD),
+            _ if signed => (4, x86::VPSRAD),
+            _ => (2, x86::VPSRLD),
+        };
+        if let Some(Op::Int(count)) = self.graph.op(count) {
+            let op = x86::VPSHIFTD.with((count % 32) as u8);
+            return self.vector(Op::ByNumber(op, number), &[a]);
+        }
+        let most = self.int(Op::Int(31), &[]);
+        let count = self.int(Op::Arithmetic(Arithmetic::And), &[count, most]);
+        let count = self.vector(Op::FloatOfBits, &[count]);
+        self.vector(Op::Two(by_register), &[a, count])
+    }
+
+    /// Quotients or remainders of unsigned integers, in floats of 64 bits. Truncated, their quotient is exact: what an integer's quotient
+    /// lacks to the next integer is at least a 2^32nd of it.
+    fn divided(&mut self, op: Binary, a: Value, b: Value) -> Value {
+        let mut halves = Vec::new();
+        for upper in [false, true] {
+            let [a, b] = [a, b].map(|all| {
+                let half = if upper { self.vector(Op::Upper, &[all]) } else { all };
+                self.vector(Op::One(x86::VCVTUDQ2PD), &[half])
+            });
+            let quotient = self.vector(Op::Two(x86::VDIVPD), &[a, b]);
+            halves.push(self.vector(Op::One(x86::VCVTTPD2UDQ), &[quotient]));
+        }
+        let quotients = self.vector(Op::Two(x86::VINSERTI64X4.with(1)), &[halves[0], halves[1]]);
+        if op == Binary::Divide {
+            return quotients;
+        }
+        let products = self.vector(Op::Two(x86::VPMULLD), &[quotients, b]);
+        self.vector(Op::Two(x86::VPSUBD), &[a, products])
+    }
+
+    fn convert_to_integer(&mut self, form: Form, to: Ty, a: Value) -> Value {
+        let (low, high): (f32, f32) = if to == Ty::I32 {
+            (-2_147_483_648.0, 2_147_483_520.0)
+        } else {
+            (0.0, 4_294_967_040.0)
+        };
+        let is_vector = matches!(form, Form::Vector(_));
+        let [low, high] = [low, high].map(|bound| self.constant(form, bound.to_bits()));
+        let above = self.floats(Binary::Max, is_vector, a, low);
+        let within = self.floats(Binary::Min, is_vector, above, high);
+        let (all, one) = if to == Ty::I32 {
+            (x86::VCVTTPS2DQ, x86::VCVTTSS2SI)
+        } else {
+            (x86::VCVTTPS2UDQ, x86::VCVTTSS2USI)
+        };
+        if is_vector {
+            self.vector(Op::One(all), &[within])
+        } else {
+            self.int(Op::IntOfFloat(one), &[within])
+        }
+    }
+
+    /// A bitwise operation with the sign of floats.
+    fn with_bits(&mut self, op: Evex, a: Value, bits: u32) -> Value {
+        let bits = self.vector(Op::Constant(bits), &[]);
+        self.vector(Op::Two(op), &[a, bits])
+    }
+
+    fn block(&mut self) -> BlockId {
+        self.graph.block(self.rare.is_some())
+    }
+
+    /// Goes to one of two blocks by a condition, in one instruction with its comparison where there is one.
+    fn branch(&mut self, condition: Value, accept: BlockId, reject: BlockId) {
+        let args = |at: usize| self.graph.arg(condition, at);
+        match self.graph.op(condition) {
+            // Truth values are inverted by a bitwise operation with 1.
+            Some(Op::Arithmetic(Arithmetic::Xor)) if self.graph.op(args(1)) == Some(Op::Int(1)) => {
+                self.branch(args(0), reject, accept);
+            }
+            Some(Op::Any) => self.graph.branch(Op::IfAny, &[args(0)], accept, reject),
+            Some(Op::Compare(is)) => self
+                .graph
+                .branch(Op::IfCompare(is), &[args(0), args(1)], accept, reject),
+            _ => self.graph.branch(Op::IfTrue, &[condition], accept, reject),
+        }
+    }
+}
+
+impl Assembler for Wide {
+    const LANES: u32 = LANES;
+    type Value = Value;
+    type Variable = Variable;
+    type Pointers = Pointers;
+    type Array = u32;
+    type Label = BlockId;
+
+    fn workgroup(&mut self) -> Value {
+        self.workgroup
+    }
+
+    fn first_lane(&mut self) -> Value {
+        self.first_lane
+    }
+
+    fn elements(&mut self, buffer: u32, stride: u32) -> Value {
+        let words = self.int(Op::Load(buffer as i32 * BUFFER + LENGTH), &[self.buffers]);
+        if stride == 1 {
+            return words;
+        }
+        let stride = self.int(Op::Int(stride), &[]);
+        self.int(Op::Divide, &[words, stride])
+    }
+
+    fn constant(&mut self, form: Form, bits: u32) -> Value {
+        match class(form) {
+            Class::Int => self.int(Op::Int(bits), &[]),
+            Class::Mask => self.mask(Op::Lanes(bits != 0), &[]),
+            Class::Vector => self.vector(Op::Constant(bits), &[]),
+        }
+    }
+
+    fn ramp(&mut self, first: u32) -> Value {
+        self.vector(Op::Ramp(first), &[])
+    }
+
+    fn splat(&mut self, ty: Ty, scalar: Value) -> Value {
+        match (ty, self.graph.op(scalar)) {
+            (Ty::Bool, _) => self.lanes_if(scalar),
+            (Ty::F32, Some(Op::Constant(_))) => scalar,
+            (_, Some(Op::Int(bits))) => self.vector(Op::Constant(bits), &[]),
+            (Ty::F32, _) => self.vector(Op::One(x86::VBROADCASTSS), &[scalar]),
+            _ => self.vector(Op::Spread, &[scalar]),
+        }
+    }
+
+    fn unary(&mut self, op: Unary, form: Form, a: Value) -> Value {
+        let (Form::One(ty) | Form::Vector(ty)) = form;
+        match (op, class(form), ty) {
+            (Unary::Negate, Class::Vector, Ty::F32) => self.with_bits(x86::VPXORD, a, SIGN),
+            (Unary::Abs, Class::Vector, Ty::F32) => self.with_bits(x86::VPANDD, a, !SIGN),
+            (Unary::Not, Class::Int, Ty::Bool) => {
+                let one = self.int(Op::Int(1), &[]);
+                self.int(Op::Arithmetic(Arithmetic::Xor), &[a, one])
+            }
+            (Unary::Not, Class::Mask, _) => self.mask(Op::InvertMask, &[a]),
+            (Unary::Abs, _, Ty::U32) => a,
+            (Unary::Negate, Class::Int, _) => self.int(Op::Negate, &[a]),
+            (Unary::Not, Class::Int, _) => self.int(Op::Invert, &[a]),
+            (Unary::Abs, Class::Int, _) => self.int(Op::Size, &[a]),
+            (Unary::Negate, Class::Vector, _) => {
+                let zeros = self.vector(Op::Constant(0), &[]);
+                self.vector(Op::Two(x86::VPSUBD), &[zeros, a])
+            }
+            (Unary::Not, Class::Vector, _) => self.with_bits(x86::VPXORD, a, !0),
+            (Unary::Abs, Class::Vector, _) => self.vector(Op::One(x86::VPABSD), &[a]),
+            (Unary::Floor | Unary::Trunc, ..) => {
+                let how = if op == Unary::Floor { DOWN } else { TO_ZERO };
+                if let Form::Vector(_) = form {
+                    self.vector(Op::One(x86::VRNDSCALEPS.with(how)), &[a])
+                } else {
+                    self.vector(Op::Two(x86::VRNDSCALESS.with(how)), &[a, a])
+                }
+            }
+            (Unary::Negate | Unary::Abs, Class::Mask, _) => unreachable!("truth values have no sign"),
+        }
+    }
+
+    fn binary(&mut self, op: Binary, form: Form, a: Value, b: Value) -> Value {
+        let (Form::One(ty) | Form::Vector(ty)) = form;
+        let (a, b) = if commutes(op, ty) && self.is_constant(a) {
+            (b, a)
+        } else {
+            (a, b)
+        };
+        match (class(form), ty) {
+            (Class::Int, _) => self.integers(op, ty == Ty::I32, a, b),
+            (Class::Mask, _) => self.masks(op, a, b),
+            (Class::Vector, Ty::F32) => self.floats(op, matches!(form, Form::Vector(_)), a, b),
+            (Class::Vector, _) => self.vectors(op, ty, a, b),
+        }
+    }
+
+    fn shift_each(&mut self, op: Binary, ty: Ty, a: Value, counts: Value) -> Value {
+        let counts = self.with_bits(x86::VPANDD, counts, 31);
+        let op = match op {
+            Binary::ShiftLeft => x86::VPSLLVD,
+            _ if ty == Ty::I32 => x86::VPSRAVD,
+            _ => x86::VPSRLVD,
+        };
+        self.vector(Op::Two(op), &[a, counts])
+    }
+
+    fn select(&mut self, condition: Value, accept: Value, reject: Value) -> Value {
+        if self.graph.class(accept) == Class::Int {
+            return self.int(Op::Choose, &[condition, accept, reject]);
+        }
+        let lanes = self.lanes_if(condition);
+        self.blend(Ty::U32, lanes, accept, reject)
+    }
+
+    fn blend(&mut self, _: Ty, mask: Value, accept: Value, reject: Value) -> Value {
+        if self.graph.class(accept) == Class::Mask {
+            let accepted = self.mask(Op::Logic(Logic::And), &[mask, accept]);
+            let rejected = self.mask(Op::Logic(Logic::AndNot), &[mask, reject]);
+            return self.mask(Op::Logic(Logic::Or), &[accepted, rejected]);
+        }
+        if self.graph.op(reject) == Some(Op::Constant(0)) {
+            return self.masked(mask, accept);
+        }
+        self.vector(Op::Blend, &[mask, accept, reject])
+    }
+
+    fn masked(&mut self, mask: Value, words: Value) -> Value {
+        if self.graph.op(words) == Some(Op::Constant(u32::MAX)) {
+            return self.vector(Op::Words, &[mask]);
+        }
+        self.vector(Op::Masked, &[mask, words])
+    }
+
+    fn mask_of(&mut self, words: Value) -> Value {
+        self.mask(Op::Test(x86::VPTESTMD), &[words, words])
+    }
+
+    fn convert(&mut self, from: Form, to: Ty, a: Value) -> Value {
+        match (from, to) {
+            (Form::One(Ty::F32) | Form::Vector(Ty::F32), Ty::I32 | Ty::U32) => self.convert_to_integer(from, to, a),
+            (Form::One(Ty::I32), Ty::F32) => self.vector(Op::FloatOfInt(x86::VCVTSI2SS), &[a]),
+            (Form::One(Ty::U32), Ty::F32) => self.vector(Op::FloatOfInt(x86::VCVTUSI2SS), &[a]),
+            (Form::Vector(Ty::I32), Ty::F32) => self.vector(Op::One(x86::VCVTDQ2PS), &[a]),
+            (Form::Vector(Ty::U32), Ty::F32) => self.vector(Op::One(x86::VCVTUDQ2PS), &[a]),
+            _ => a,
+        }
+    }
+
+    fn bitcast(&mut self, from: Form, to: Ty, a: Value) -> Value {
+        match (from, to) {
+            (Form::One(Ty::F32), Ty::I32 | Ty::U32) => self.int(Op::BitsOfFloat, &[a]),
+            (Form::One(Ty::I32 | Ty::U32), Ty::F32) => self.vector(Op::FloatOfBits, &[a]),
+            _ => a,
+        }
+    }
+
+    fn any(&mut self, mask: Value) -> Value {
+        self.int(Op::Any, &[mask])
+    }
+
+    fn buffer_pointer(&mut self, buffer: u32, index: Value) -> Value {
+        self.int(Op::Address, &[self.starts[buffer as usize], index])
+    }
+
+    fn buffer_pointers(&mut self, buffer: u32, indices: Value, mask: Option<Value>) -> Pointers {
+        Pointers {
+            start: self.starts[buffer as usize],
+            indices,
+            mask,
+        }
+    }
+
+    fn array(&mut self, words: u32) -> u32 {
+        self.arrays.push(self.end);
+        self.end += (words * WORD).next_multiple_of(LANES * WORD);
+        self.arrays.len() as u32 - 1
+    }
+
+    fn array_pointer(&mut self, array: u32, index: Value) -> Value {
+        self.int(Op::Place(array), &[index])
+    }
+
+    fn load(&mut self, form: Form, pointer: Value, offset: u32) -> Value {
+        let offset = displacement(offset);
+        match form {
+            Form::One(Ty::F32) => self.vector(Op::LoadFloat(offset), &[pointer]),
+            Form::One(_) => self.int(Op::Load(offset), &[pointer]),
+            Form::Vector(_) => self.vector(Op::LoadVector(offset), &[pointer]),
+        }
+    }
+
+    fn store(&mut self, form: Form, pointer: Value, offset: u32, value: Value) {
+        let offset = displacement(offset);
+        let op = match form {
+            Form::One(Ty::F32) => Op::StoreFloat(offset),
+            Form::One(_) => Op::Store(offset),
+            Form::Vector(_) => Op::StoreVector(offset),
+        };
+        self.graph.act(op, &[pointer, value]);
+    }
+
+    fn gather(&mut self, pointers: &Pointers, offset: u32) -> Value {
+        let op = Op::Gather(displacement(offset));
+        self.vector(op, &[pointers.start, pointers.indices])
+    }
+
+    fn gather_four(&mut self, pointers: &Pointers, offset: u32) -> [Value; 4] {
+        [0, 1, 2, 3].map(|word| self.gather(pointers, offset + word))
+    }
+
+    fn scatter(&mut self, pointers: &Pointers, offset: u32, words: Value) {
+        let mask = pointers.mask.unwrap_or_else(|| self.mask(Op::Lanes(true), &[]));
+        let op = Op::Scatter(displacement(offset));
+        self.graph.act(op, &[pointers.start, pointers.indices, words, mask]);
+    }
+
+    fn variable(&mut self, form: Form) -> Variable {
+        self.graph.variable(class(form))
+    }
+
+    fn pointer_variable(&mut self) -> Variable {
+        self.graph.variable(Class::Int)
+    }
+
+    fn get(&mut self, variable: Variable) -> Value {
+        self.graph.get(variable)
+    }
+
+    fn set(&mut self, variable: Variable, value: Value) {
+        self.graph.set(variable, value);
+    }
+
+    fn begin_if(&mut self, condition: Value) {
+        let [accept, reject, after] = [(); 3].map(|()| self.block());
+        self.branch(condition, accept, reject);
+        self.graph.start_sealed(accept);
+        // The other block is entered from here alone, whatever follows.
+        self.graph.seal(reject);
+        self.open.push(Open::If(reject, after));
+    }
+
+    fn begin_rare_if(&mut self, condition: Value) {
+        self.begin_if(condition);
+        self.rare = Some(self.open.len());
+        self.graph.mark_rare();
+    }
+
+    fn begin_else(&mut self) {
+        let Some(Open::If(reject, after)) = self.open.pop() else {
+            unreachable!("an `else` stands in an `if`")
+        };
+        self.graph.jump(after);
+        self.graph.start(reject);
+        self.open.push(Open::Else(after));
+    }
+
+    fn end_if(&mut self) {
+        if self.rare == Some(self.open.len()) {
+            self.rare = None;
+        }
+        if let Some(Open::If(..)) = self.open.last() {
+            self.begin_else();
+        }
+        let Some(Open::Else(after)) = self.open.pop() else {
+            unreachable!("an `if` was begun")
+        };
+        self.graph.jump(after);
+        self.graph.start_sealed(after);
+    }
+
+    fn begin_block(&mut self) -> BlockId {
+        let after = self.block();
+        self.open.push(Open::Block(after));
+        after
+    }
+
+    fn end_block(&mut self) {
+        let Some(Open::Block(after)) = self.open.pop() else {
+            unreachable!("a block was begun")
+        };
+        self.graph.jump(after);
+        self.graph.start_sealed(after);
+    }
+
+    fn begin_loop(&mut self) -> BlockId {
+        let [head, after] = [(); 2].map(|()| self.block());
+        self.graph.jump(head);
+        self.graph.start(head);
+        self.open.push(Open::Loop(head, after));
+        after
+    }
+
+    fn end_loop(&mut self) {
+        let Some(Open::Loop(head, after)) = self.open.pop() else {
+            unreachable!("a loop was begun")
+        };
+        self.graph.jump(head);
+        self.graph.seal(head);
+        self.graph.start_sealed(after);
+    }
+
+    fn leave(&mut self, label: BlockId) {
+        self.graph.jump(label);
+        self.graph.start_unreachable();
+    }
+
+    fn count_turn(&mut self) {
+        let turns = self.graph.get(self.turns_left);
+        let left = self.int(Op::Turn, &[turns]);
+        self.graph.set(self.turns_left, left);
+    }
+
+    fn finish(&mut self) {
+        self.graph.act(Op::Return, &[]);
+        self.graph.start_unreachable();
+    }
+}

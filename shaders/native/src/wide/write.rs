@@ -1,0 +1,431 @@
+//! Writes the bytes of a function whose values have registers.
+
+use regalloc2::{Allocation, AllocationKind, Block, Edit, InstOrEdit, Output, RegClass};
+
+use super::allocate::Function;
+use super::encode::{Bytes, Condition, Constant, Label, Memory, Place, RAX, RBP, RBX, RDX, RSP, Register, Under};
+use super::graph::{Graph, Inst};
+use super::operations::{Arithmetic, Logic, Op, instructions as x86};
+use crate::{Error, FRAME};
+
+/// Registers whose values belong to the caller, besides that of the frame.
+const SAVED: [Register; 5] = [RBX, 12, 13, 14, 15];
+/// Bytes of a vector, to which the stack's data is aligned.
+const VECTOR: u64 = 64;
+/// Bytes of the least page.
+const PAGE: u64 = 4096;
+/// Everything, in a vector's bitwise function of three operands.
+const ONES: u8 = 0xff;
+
+struct Writer<'a> {
+    graph: &'a Graph,
+    function: &'a Function,
+    output: &'a Output,
+    bytes: Bytes,
+    /// Where each array begins on the stack.
+    arrays: &'a [u32],
+    /// Bytes of what no register holds, before the arrays.
+    spilled: u32,
+    /// Where each block begins, or the block that it only jumps to.
+    labels: Vec<Label>,
+}
+
+/// The code of a function. `arrays` has the bytes before each local array, and after the last one.
+///
+/// # Errors
+/// [`Error::TooLarge`] if its data takes too much of the stack.
+pub(super) fn write(graph: &Graph, function: &Function, output: &Output, arrays: &[u32]) -> Result<Vec<u8>, Error> {
+    let spilled = (output.num_spillslots as u64 * 8).next_multiple_of(VECTOR);
+    let frame = spilled + u64::from(*arrays.last().expect("it has an end")).next_multiple_of(VECTOR);
+    if frame > FRAME {
+        return Err(Error::TooLarge);
+    }
+    let blocks = function.blocks.len();
+    let mut writer = Writer {
+        graph,
+        function,
+        output,
+        bytes: Bytes::new(blocks + 2),
+        arrays,
+        spilled: spilled as u32,
+        labels: (0..blocks).collect(),
+    };
+    writer.skip_jumps();
+    writer.begin(frame);
+    let written: Vec<_> = (0..blocks).filter(|block| writer.labels[*block] == *block).collect();
+    for (number, block) in written.iter().enumerate() {
+        writer.bytes.label(*block);
+        writer.block(*block, written.get(number + 1).copied());
+    }
+    writer.end();
+    Ok(writer.bytes.finish())
+}
+
+impl Writer<'_> {
+    /// Blocks that only jump are left out.
+    fn skip_jumps(&mut self) {
+        for block in (0..self.labels.len()).rev() {
+            let mut code = self.output.block_insts_and_edits(self.function, Block::new(block));
+            if let (Some(InstOrEdit::Inst(inst)), [next]) = (code.next(), &self.function.blocks[block].next[..])
+                && self.function.insts[inst.index()].op == Op::Jump
+                && block != 0
+            {
+                let mut to = next.index();
+                // Chains of them end, but for loops without any code.
+                for _ in 0..self.labels.len() {
+                    if self.labels[to] == to {
+                        break;
+                    }
+                    to = self.labels[to];
+                }
+                self.labels[block] = to;
+            }
+        }
+    }
+
+    fn used_up(&self) -> Label {
+        self.labels.len()
+    }
+
+    fn leave(&self) -> Label {
+        self.labels.len() + 1
+    }
+
+    /// Saves the caller's registers, and takes a part of the stack.
+    fn begin(&mut self, frame: u64) {
+        self.bytes.push(RBP);
+        self.bytes.copy(true, RBP, Place::In(RSP));
+        for register in SAVED {
+            self.bytes.push(register);
+        }
+        for page in 1..=frame / PAGE {
+            self.bytes.touch(Memory::At(RSP, -((page * PAGE) as i32)));
+        }
+        self.bytes
+            .arithmetic_with_number(true, Arithmetic::Subtract, RSP, frame as u32);
+        self.bytes
+            .arithmetic_with_number(true, Arithmetic::And, RSP, (VECTOR as u32).wrapping_neg());
+    }
+
+    fn end(&mut self) {
+        self.bytes.label(self.used_up());
+        self.bytes.set_number(RAX, 1);
+        self.bytes.label(self.leave());
+        self.bytes.address(RSP, Memory::At(RBP, -8 * SAVED.len() as i32));
+        for register in SAVED.into_iter().rev() {
+            self.bytes.pop(register);
+        }
+        self.bytes.pop(RBP);
+        self.bytes.return_();
+    }
+
+    fn block(&mut self, block: usize, following: Option<Label>) {
+        let code: Vec<_> = self
+            .output
+            .block_insts_and_edits(self.function, Block::new(block))
+            .map(|step| match step {
+                InstOrEdit::Inst(inst) => Ok(inst),
+                InstOrEdit::Edit(Edit::Move { from, to }) => Err((*from, *to)),
+            })
+            .collect();
+        let function = self.function;
+        for step in code {
+            match step {
+                Err((from, to)) => self.copy(from, to),
+                Ok(inst) => {
+                    let allocated: Vec<_> = self.output.inst_allocs(inst).to_vec();
+                    let inst = inst.index();
+                    let next = &function.blocks[block].next;
+                    let next: Vec<_> = next.iter().map(|next| self.labels[next.index()]).collect();
+                    self.inst(
+                        &function.insts[inst],
+                        function.folded[inst],
+                        &allocated,
+                        &next,
+                        following,
+                    );
+                }
+            }
+        }
+    }
+
+    fn stack(&self, at: Allocation) -> Memory {
+        let slot = at.as_stack().expect("it is on the stack");
+        Memory::At(RSP, slot.index() as i32 * 8)
+    }
+
+    fn copy(&mut self, from: Allocation, to: Allocation) {
+        let class = [from, to]
+            .iter()
+            .find_map(|at| at.as_reg())
+            .map(|register| register.class());
+        let place = match from.kind() {
+            AllocationKind::Reg => Place::In(register(from)),
+            _ => Place::At(self.stack(from)),
+        };
+        match (class, to.kind()) {
+            (Some(RegClass::Int), AllocationKind::Reg) => self.bytes.copy(true, register(to), place),
+            (Some(RegClass::Float), AllocationKind::Reg) => self.bytes.copy_mask(register(to), place),
+            (Some(RegClass::Vector), AllocationKind::Reg) => {
+                self.bytes.evex(x86::VMOVAPS, register(to), 0, place, Under::default());
+            }
+            (Some(RegClass::Int), _) => self.bytes.save(true, self.stack(to), register(from)),
+            (Some(RegClass::Float), _) => self.bytes.save_mask(self.stack(to), register(from)),
+            (Some(RegClass::Vector), _) => {
+                let to = Place::At(self.stack(to));
+                self.bytes
+                    .evex(x86::VMOVAPS_STORE, register(from), 0, to, Under::default());
+            }
+            (None, _) => unreachable!("without a register for it, values are moved through one"),
+        }
+    }
+
+    /// The operand that may be in memory, whose value may be folded into the instruction.
+    fn place(&self, inst: &Inst, folded: Option<usize>, allocated: Option<&Allocation>) -> Place {
+        if let Some(at) = folded {
+            return Place::At(Memory::Constant(match self.graph.op(inst.args.get(at)) {
+                Some(Op::Constant(word)) => Constant::Word(word),
+                Some(Op::Ramp(first)) => Constant::Ramp(first),
+                other => unreachable!("{other:?} is not a vector's constant"),
+            }));
+        }
+        let allocated = allocated.expect("an operand that isn't folded has a place");
+        match allocated.kind() {
+            AllocationKind::Reg => Place::In(register(*allocated)),
+            _ => Place::At(self.stack(*allocated)),
+        }
+    }
+
+    fn number(&self, inst: &Inst, at: usize) -> u32 {
+        match self.graph.op(inst.args.get(at)) {
+            Some(Op::Int(number)) => number,
+            other => unreachable!("{other:?} is not a number"),
+        }
+    }
+
+    fn jump(&mut self, to: Label, following: Option<Label>) {
+        if Some(to) != following {
+            self.bytes.jump(to);
+        }
+    }
+
+    fn branch(&mut self, condition: Condition, to: &[Label], following: Option<Label>) {
+        if Some(to[0]) == following {
+            self.bytes.jump_if(opposite(condition), to[1]);
+        } else {
+            self.bytes.jump_if(condition, to[0]);
+            self.jump(to[1], following);
+        }
+    }
+
+    fn inst(
+        &mut self,
+        inst: &Inst,
+        folded: Option<usize>,
+        at: &[Allocation],
+        next: &[Label],
+        following: Option<Label>,
+    ) {
+        let plain = Under::default();
+        let reg = |number: usize| register(at[number]);
+        match inst.op {
+            Op::Parameters => {}
+            Op::Int(number) => self.bytes.set_number(reg(0), number),
+            Op::Low => self.bytes.copy(false, reg(0), Place::In(reg(1))),
+            Op::Arithmetic(op) if folded.is_some() => {
+                let number = self.number(inst, 1);
+                self.bytes.arithmetic_with_number(false, op, reg(0), number);
+            }
+            Op::Arithmetic(op) => self.bytes.arithmetic(false, op, reg(0), reg(2)),
+            Op::Multiply => self.bytes.multiply(reg(0), reg(2)),
+            Op::Shift(op) if folded.is_some() => {
+                let number = self.number(inst, 1);
+                self.bytes.shift_by(op, reg(0), number as u8);
+            }
+            Op::Shift(op) => self.bytes.shift(op, reg(0), reg(1), reg(2)),
+            Op::Negate => self.bytes.negate(reg(0)),
+            Op::Invert => self.bytes.invert(reg(0)),
+            Op::Size => {
+                self.bytes.copy(false, reg(0), Place::In(reg(1)));
+                self.bytes.negate(reg(0));
+                self.bytes.copy_if(Condition::Negative, reg(0), reg(1));
+            }
+            Op::Extreme(condition) => {
+                self.bytes.compare(reg(0), reg(2));
+                self.bytes.copy_if(opposite(condition), reg(0), reg(2));
+            }
+            Op::Compare(condition) => {
+                self.compare(inst, folded, &at[1..]);
+                self.bytes.set_if(condition, reg(0));
+            }
+            Op::Choose => {
+                self.bytes.test(reg(1));
+                self.bytes.copy_if(Condition::Equal, reg(0), reg(3));
+            }
+            Op::Divide | Op::Remainder => {
+                self.bytes.arithmetic(false, Arithmetic::Xor, RDX, RDX);
+                self.bytes.divide(reg(2));
+            }
+            Op::LoadPointer(offset) => self.bytes.copy(true, reg(0), Place::At(Memory::At(reg(1), offset))),
+            Op::Load(offset) => self.bytes.copy(false, reg(0), Place::At(Memory::At(reg(1), offset))),
+            Op::LoadFloat(offset) => {
+                let from = Place::At(Memory::At(reg(1), offset));
+                self.bytes.evex(x86::VMOVSS, reg(0), 0, from, plain);
+            }
+            Op::LoadVector(offset) => {
+                let from = Place::At(Memory::At(reg(1), offset));
+                self.bytes.evex(x86::VMOVUPS, reg(0), 0, from, plain);
+            }
+            Op::Store(offset) => self.bytes.save(false, Memory::At(reg(0), offset), reg(1)),
+            Op::StoreFloat(offset) => {
+                let to = Place::At(Memory::At(reg(0), offset));
+                self.bytes.evex(x86::VMOVSS_STORE, reg(1), 0, to, plain);
+            }
+            Op::StoreVector(offset) => {
+                let to = Place::At(Memory::At(reg(0), offset));
+                self.bytes.evex(x86::VMOVUPS_STORE, reg(1), 0, to, plain);
+            }
+            Op::Address => self.bytes.address(reg(0), Memory::Indexed(reg(1), reg(2), 0)),
+            Op::Place(array) => {
+                let offset = (self.spilled + self.arrays[array as usize]) as i32;
+                self.bytes.address(reg(0), Memory::Indexed(RSP, reg(1), offset));
+            }
+            Op::Gather(offset) => {
+                let (to, mask) = (reg(0), reg(3));
+                self.bytes.logic(Logic::Same, mask, mask, mask);
+                // What it held before doesn't matter.
+                self.bytes.evex(x86::VPXORD, to, to, Place::In(to), plain);
+                let from = Place::At(Memory::Indexed(reg(1), reg(2), offset));
+                let under = Under { mask, zeroes: false };
+                self.bytes.evex(x86::VPGATHERDD, to, 0, from, under);
+            }
+            Op::Scatter(offset) => {
+                let mask = reg(4);
+                self.bytes.copy_mask(mask, Place::In(reg(3)));
+                let to = Place::At(Memory::Indexed(reg(0), reg(1), offset));
+                let under = Under { mask, zeroes: false };
+                self.bytes.evex(x86::VPSCATTERDD, reg(2), 0, to, under);
+            }
+            Op::BitsOfFloat => self.bytes.evex(x86::VMOVD_STORE, reg(1), 0, Place::In(reg(0)), plain),
+            Op::FloatOfBits => self.bytes.evex(x86::VMOVD, reg(0), 0, Place::In(reg(1)), plain),
+            Op::FloatOfInt(op) => {
+                // Without this, the result would wait for what the register held before.
+                self.bytes.evex(x86::VPXORD, reg(0), reg(0), Place::In(reg(0)), plain);
+                self.bytes.evex(op, reg(0), reg(0), Place::In(reg(1)), plain);
+            }
+            Op::IntOfFloat(op) => self.bytes.evex(op, reg(0), 0, Place::In(reg(1)), plain),
+            Op::MaskOfBits => self.bytes.mask_of_bits(reg(0), reg(1)),
+            Op::BitsOfMask => self.bytes.bits_of_mask(reg(0), reg(1)),
+            Op::Spread => self.bytes.evex(x86::VPBROADCASTD, reg(0), 0, Place::In(reg(1)), plain),
+            Op::Any => {
+                self.bytes.test_mask(reg(1));
+                self.bytes.set_if(Condition::NotEqual, reg(0));
+            }
+            Op::Logic(op) => self.bytes.logic(op, reg(0), reg(1), reg(2)),
+            Op::InvertMask => self.bytes.invert_mask(reg(0), reg(1)),
+            Op::Lanes(all) => {
+                let op = if all { Logic::Same } else { Logic::Xor };
+                self.bytes.logic(op, reg(0), reg(0), reg(0));
+            }
+            Op::Constant(0) => self.bytes.evex(x86::VPXORD, reg(0), reg(0), Place::In(reg(0)), plain),
+            Op::Constant(u32::MAX) => {
+                let op = x86::VPTERNLOGD.with(ONES);
+                self.bytes.evex(op, reg(0), reg(0), Place::In(reg(0)), plain);
+            }
+            Op::Constant(word) => {
+                let from = Place::At(Memory::Constant(Constant::Word(word)));
+                self.bytes.evex(x86::VBROADCASTSS, reg(0), 0, from, plain);
+            }
+            Op::Ramp(first) => {
+                let from = Place::At(Memory::Constant(Constant::Ramp(first)));
+                self.bytes.evex(x86::VMOVUPS, reg(0), 0, from, plain);
+            }
+            Op::One(op) => {
+                let from = self.place(inst, folded, at.get(1));
+                self.bytes.evex(op, reg(0), 0, from, plain);
+            }
+            Op::ByNumber(op, number) => {
+                let from = self.place(inst, folded, at.get(1));
+                self.bytes.evex(op, number, reg(0), from, plain);
+            }
+            Op::Two(op) | Op::Test(op) => {
+                let from = self.place(inst, folded, at.get(2));
+                self.bytes.evex(op, reg(0), reg(1), from, plain);
+            }
+            Op::Blend => {
+                let (mask, rejected) = (reg(1), register(at[at.len() - 1]));
+                let from = self.place(inst, folded, at.get(2));
+                let under = Under { mask, zeroes: false };
+                self.bytes.evex(x86::VBLENDMPS, reg(0), rejected, from, under);
+            }
+            Op::Masked => {
+                let under = Under {
+                    mask: reg(1),
+                    zeroes: true,
+                };
+                match self.place(inst, folded, at.get(2)) {
+                    from @ Place::At(Memory::Constant(Constant::Word(_))) => {
+                        self.bytes.evex(x86::VBROADCASTSS, reg(0), 0, from, under);
+                    }
+                    from => self.bytes.evex(x86::VMOVUPS, reg(0), 0, from, under),
+                }
+            }
+            Op::Words => self.bytes.evex(x86::VPMOVM2D, reg(0), 0, Place::In(reg(1)), plain),
+            Op::Upper => {
+                let op = x86::VEXTRACTI64X4.with(1);
+                self.bytes.evex(op, reg(1), 0, Place::In(reg(0)), plain);
+            }
+            Op::Turn => {
+                self.bytes.arithmetic_with_number(true, Arithmetic::Subtract, reg(0), 1);
+                self.bytes.jump_if(Condition::Below, self.used_up());
+            }
+            Op::Jump => self.jump(next[0], following),
+            Op::IfTrue => {
+                self.bytes.test(reg(0));
+                self.branch(Condition::NotEqual, next, following);
+            }
+            Op::IfCompare(condition) => {
+                self.compare(inst, folded, at);
+                self.branch(condition, next, following);
+            }
+            Op::IfAny => {
+                self.bytes.test_mask(reg(0));
+                self.branch(Condition::NotEqual, next, following);
+            }
+            Op::Return => {
+                self.bytes.arithmetic(false, Arithmetic::Xor, RAX, RAX);
+                self.bytes.jump(self.leave());
+            }
+        }
+    }
+
+    fn compare(&mut self, inst: &Inst, folded: Option<usize>, at: &[Allocation]) {
+        if folded.is_some() {
+            let number = self.number(inst, 1);
+            self.bytes.compare_with_number(register(at[0]), number);
+        } else {
+            self.bytes.compare(register(at[0]), register(at[1]));
+        }
+    }
+}
+
+fn register(at: Allocation) -> Register {
+    at.as_reg().expect("it must be in a register").hw_enc() as Register
+}
+
+/// The condition that holds if this one doesn't.
+fn opposite(condition: Condition) -> Condition {
+    match condition {
+        Condition::Below => Condition::AboveEqual,
+        Condition::AboveEqual => Condition::Below,
+        Condition::Equal => Condition::NotEqual,
+        Condition::NotEqual => Condition::Equal,
+        Condition::BelowEqual => Condition::Above,
+        Condition::Above => Condition::BelowEqual,
+        Condition::Less => Condition::GreaterEqual,
+        Condition::GreaterEqual => Condition::Less,
+        Condition::LessEqual => Condition::Greater,
+        Condition::Greater => Condition::LessEqual,
+        Condition::Negative => unreachable!("nothing branches on it"),
+    }
+}
