@@ -16,6 +16,8 @@ pub(crate) enum Form {
 pub(crate) trait Assembler {
     /// Lanes of a vector.
     const LANES: u32;
+    /// Whether vectors are stored under a mask in one instruction.
+    const STORES_MASKED: bool;
     /// A computed value or pointer, valid wherever its block has already run.
     type Value: Copy;
     /// A local variable of one form.
@@ -73,6 +75,8 @@ pub(crate) trait Assembler {
     /// Loads one number, or as many consecutive ones as a vector has lanes, from `offset` words after a pointer.
     fn load(&mut self, form: Form, pointer: Self::Value, offset: u32) -> Self::Value;
     fn store(&mut self, form: Form, pointer: Self::Value, offset: u32, value: Self::Value);
+    /// Stores those words of a vector whose lanes are set, if [`Self::STORES_MASKED`].
+    fn store_masked(&mut self, pointer: Self::Value, offset: u32, words: Self::Value, mask: Self::Value);
     /// Loads the word at `offset` after each pointer.
     fn gather(&mut self, pointers: &Self::Pointers, offset: u32) -> Self::Value;
     /// Loads the four words from `offset` after each pointer, as four vectors: the first words of all lanes, and so on.

@@ -390,6 +390,7 @@ impl<'a> Clif<'a> {
 
 impl Assembler for Clif<'_> {
     const LANES: u32 = 4;
+    const STORES_MASKED: bool = false;
     type Value = ir::Value;
     type Variable = Variable;
     type Pointers = [ir::Value; 4];
@@ -590,6 +591,10 @@ impl Assembler for Clif<'_> {
     fn store(&mut self, form: Form, pointer: ir::Value, offset: u32, value: ir::Value) {
         let offset = displacement(offset);
         self.builder.ins().store(memory_flags(form), value, pointer, offset);
+    }
+
+    fn store_masked(&mut self, _: ir::Value, _: u32, _: ir::Value, _: ir::Value) {
+        unreachable!("vectors of 128 bits have no such instruction")
     }
 
     fn gather(&mut self, pointers: &[ir::Value; 4], offset: u32) -> ir::Value {

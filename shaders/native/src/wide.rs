@@ -75,7 +75,7 @@ fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
         let is_vector = matches!(op, Some(Op::Constant(_) | Op::Ramp(_)));
         let is_number = matches!(op, Some(Op::Int(_)));
         match inst.op {
-            Op::Arithmetic(_) | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => is_number,
+            Op::Arithmetic(_) | Op::Multiply | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => is_number,
             Op::Two(op) | Op::Test(op) => is_vector && op.takes_constants(),
             Op::One(_) | Op::Blend | Op::Masked => is_vector,
             _ => false,
@@ -83,7 +83,7 @@ fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
     };
     let at = match inst.op {
         Op::One(_) => 0,
-        Op::Arithmetic(_) | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => 1,
+        Op::Arithmetic(_) | Op::Multiply | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => 1,
         op => op.takes_memory()?,
     };
     is(at).then_some(at)
@@ -236,6 +236,21 @@ impl Wide {
         matches!(self.graph.op(value), Some(Op::Int(_) | Op::Constant(_) | Op::Ramp(_)))
     }
 
+    fn number_of(&self, value: Value) -> Option<u32> {
+        match self.graph.op(value)? {
+            Op::Int(number) => Some(number),
+            _ => None,
+        }
+    }
+
+    /// Whether a mask is known to have all lanes, or none.
+    fn lanes_of(&self, value: Value) -> Option<bool> {
+        match self.graph.op(value)? {
+            Op::Lanes(all) => Some(all),
+            _ => None,
+        }
+    }
+
     /// All lanes if a scalar is true, else none.
     fn lanes_if(&mut self, condition: Value) -> Value {
         let bits = self.int(Op::Negate, &[condition]);
@@ -243,6 +258,17 @@ impl Wide {
     }
 
     fn integers(&mut self, op: Binary, signed: bool, a: Value, b: Value) -> Value {
+        match (op, self.number_of(a), self.number_of(b)) {
+            (Binary::Add, Some(a), Some(b)) => return self.int(Op::Int(a.wrapping_add(b)), &[]),
+            (Binary::Subtract, Some(a), Some(b)) => return self.int(Op::Int(a.wrapping_sub(b)), &[]),
+            (Binary::Multiply, Some(a), Some(b)) => return self.int(Op::Int(a.wrapping_mul(b)), &[]),
+            (Binary::Add | Binary::Subtract, _, Some(0)) | (Binary::Multiply, _, Some(1)) => return a,
+            (Binary::Multiply, _, Some(number)) if number.is_power_of_two() => {
+                let count = self.int(Op::Int(number.trailing_zeros()), &[]);
+                return self.int(Op::Shift(Shift::Left), &[a, count]);
+            }
+            _ => {}
+        }
         let op = match op {
             Binary::Add => Op::Arithmetic(Arithmetic::Add),
             Binary::Subtract => Op::Arithmetic(Arithmetic::Subtract),
@@ -286,6 +312,16 @@ impl Wide {
             Some(Op::InvertMask) => Some(self.graph.arg(value, 0)),
             _ => None,
         };
+        if let [Some(all), _] | [_, Some(all)] = [a, b].map(|value| self.lanes_of(value)) {
+            let other = if self.lanes_of(a).is_some() { b } else { a };
+            match (op, all) {
+                (Binary::And, true) | (Binary::Or | Binary::Xor | Binary::NotEqual, false) | (Binary::Equal, true) => {
+                    return other;
+                }
+                (Binary::And, false) | (Binary::Or, true) => return self.mask(Op::Lanes(all), &[]),
+                _ => return self.mask(Op::InvertMask, &[other]),
+            }
+        }
         match op {
             Binary::And => {
                 if let Some(b) = inverted(b) {
@@ -416,6 +452,7 @@ impl Wide {
 
 impl Assembler for Wide {
     const LANES: u32 = LANES;
+    const STORES_MASKED: bool = true;
     type Value = Value;
     type Variable = Variable;
     type Pointers = Pointers;
@@ -528,9 +565,16 @@ impl Assembler for Wide {
 
     fn blend(&mut self, _: Ty, mask: Value, accept: Value, reject: Value) -> Value {
         if self.graph.class(accept) == Class::Mask {
-            let accepted = self.mask(Op::Logic(Logic::And), &[mask, accept]);
-            let rejected = self.mask(Op::Logic(Logic::AndNot), &[mask, reject]);
-            return self.mask(Op::Logic(Logic::Or), &[accepted, rejected]);
+            let others = self.mask(Op::InvertMask, &[mask]);
+            return match (self.lanes_of(accept), self.lanes_of(reject)) {
+                (Some(true), _) => self.masks(Binary::Or, mask, reject),
+                (_, Some(true)) => self.masks(Binary::Or, others, accept),
+                _ => {
+                    let accepted = self.masks(Binary::And, mask, accept);
+                    let rejected = self.masks(Binary::And, others, reject);
+                    self.masks(Binary::Or, accepted, rejected)
+                }
+            };
         }
         if self.graph.op(reject) == Some(Op::Constant(0)) {
             return self.masked(mask, accept);
@@ -611,6 +655,11 @@ impl Assembler for Wide {
             Form::Vector(_) => Op::StoreVector(offset),
         };
         self.graph.act(op, &[pointer, value]);
+    }
+
+    fn store_masked(&mut self, pointer: Value, offset: u32, words: Value, mask: Value) {
+        let op = Op::StoreMasked(displacement(offset));
+        self.graph.act(op, &[pointer, words, mask]);
     }
 
     fn gather(&mut self, pointers: &Pointers, offset: u32) -> Value {

@@ -171,13 +171,37 @@ impl<A: Assembler> Emitter<'_, A> {
             return self.store_uniform(address, value, active.as_deref());
         };
         let words: Vec<_> = (0..self.vectors).map(|k| self.stored_words(value, k)).collect();
-        if active.is_none() && self.is_consecutive(address, element) {
-            return self.store_consecutive(address, element, &words);
+        if self.is_consecutive(address, element) {
+            match active {
+                None => return self.store_consecutive(address, element, &words),
+                Some(active) if A::STORES_MASKED => return self.store_active(address, element, &words, &active),
+                Some(_) => {}
+            }
         }
-        let pointers = self.active_pointers(address, element, active.as_deref());
+        self.store_each(address, element, &words, active.as_deref());
+    }
+
+    /// Stores each lane's word where its own pointer points to.
+    fn store_each(&mut self, address: &Address, element: Value, words: &[A::Value], active: Option<&[A::Value]>) {
+        let pointers = self.active_pointers(address, element, active);
         for (pointers, words) in pointers.iter().zip(words) {
-            self.asm.scatter(pointers, address.offset, words);
+            self.asm.scatter(pointers, address.offset, *words);
         }
+    }
+
+    /// Stores the active lanes' words, which are consecutive unless they reach beyond the buffer's end.
+    fn store_active(&mut self, address: &Address, element: Value, words: &[A::Value], active: &[A::Value]) {
+        let first = self.scalar(element);
+        let beyond = self.is_beyond(address, first);
+        self.asm.begin_rare_if(beyond);
+        self.store_each(address, element, words, Some(active));
+        self.stored_to = None;
+        self.asm.begin_else();
+        let pointer = self.asm.buffer_pointer(address.buffer, first);
+        for (k, (words, active)) in (0..).zip(words.iter().zip(active)) {
+            self.asm.store_masked(pointer, k * A::LANES, *words, *active);
+        }
+        self.asm.end_if();
     }
 
     /// The words of a vector in the form in which they are stored.

@@ -93,6 +93,15 @@ impl Function {
             self.values += 1;
             VReg::new(self.values - 1, class)
         };
+        let uses = |operands: &mut Vec<Operand>| {
+            for at in (0..count).filter(|at| Some(*at) != folded) {
+                operands.push(if inst.op.takes_memory() == Some(at) {
+                    Operand::any_use(arg(at))
+                } else {
+                    Operand::reg_use(arg(at))
+                });
+            }
+        };
         let out = inst.out.map(register);
         match inst.op {
             Op::Parameters => {
@@ -101,13 +110,13 @@ impl Function {
                 }
             }
             // They overwrite their first operand.
-            Op::Arithmetic(_) | Op::Multiply | Op::Negate | Op::Invert | Op::Extreme(_) | Op::Turn => {
+            Op::Arithmetic(_) | Op::Negate | Op::Invert | Op::Extreme(_) | Op::Turn => {
                 operands.extend(out.map(|out| Operand::reg_reuse_def(out, 1)));
-                operands.extend(
-                    (0..count)
-                        .filter(|at| Some(*at) != folded)
-                        .map(|at| Operand::reg_use(arg(at))),
-                );
+                uses(operands);
+            }
+            Op::Multiply if folded.is_none() => {
+                operands.extend(out.map(|out| Operand::reg_reuse_def(out, 1)));
+                uses(operands);
             }
             Op::Shift(_) if folded.is_some() => {
                 operands.extend(out.map(|out| Operand::reg_reuse_def(out, 1)));
@@ -153,13 +162,7 @@ impl Function {
             }
             _ => {
                 operands.extend(out.map(Operand::reg_def));
-                for at in (0..count).filter(|at| Some(*at) != folded) {
-                    operands.push(if inst.op.takes_memory() == Some(at) {
-                        Operand::any_use(arg(at))
-                    } else {
-                        Operand::reg_use(arg(at))
-                    });
-                }
+                uses(operands);
             }
         }
         self.ends.push(self.operands.len() as u32);

@@ -222,8 +222,8 @@ impl Bytes {
         self.general(is_long, &[0x89], from, Place::At(to));
     }
 
-    pub(super) fn arithmetic(&mut self, is_long: bool, op: Arithmetic, to: Register, with: Register) {
-        self.general(is_long, &[op.number() << 3 | 3], to, Place::In(with));
+    pub(super) fn arithmetic(&mut self, is_long: bool, op: Arithmetic, to: Register, with: Place) {
+        self.general(is_long, &[op.number() << 3 | 3], to, with);
     }
 
     pub(super) fn arithmetic_with_number(&mut self, is_long: bool, op: Arithmetic, to: Register, number: u32) {
@@ -243,8 +243,8 @@ impl Bytes {
         }
     }
 
-    pub(super) fn compare(&mut self, a: Register, b: Register) {
-        self.general(false, &[0x3b], a, Place::In(b));
+    pub(super) fn compare(&mut self, a: Register, b: Place) {
+        self.general(false, &[0x3b], a, b);
     }
 
     pub(super) fn compare_with_number(&mut self, a: Register, number: u32) {
@@ -258,6 +258,11 @@ impl Bytes {
 
     pub(super) fn multiply(&mut self, to: Register, with: Register) {
         self.general(false, &[0x0f, 0xaf], to, Place::In(with));
+    }
+
+    pub(super) fn multiply_by(&mut self, to: Register, from: Register, number: u32) {
+        self.general(false, &[0x69], to, Place::In(from));
+        self.number(number);
     }
 
     pub(super) fn negate(&mut self, to: Register) {

@@ -93,6 +93,8 @@ pub(super) enum Op {
     Store(i32),
     StoreFloat(i32),
     StoreVector(i32),
+    /// Stores lanes of a mask: pointer, words, mask.
+    StoreMasked(i32),
     /// Points to a word, given a pointer and a number of words.
     Address,
     /// Points to a word of a local array, given its index.
@@ -166,6 +168,7 @@ impl Op {
                 | Self::Store(_)
                 | Self::StoreFloat(_)
                 | Self::StoreVector(_)
+                | Self::StoreMasked(_)
                 | Self::Scatter(_)
                 | Self::Turn
         ) || self.ends()
@@ -176,6 +179,7 @@ impl Op {
         match self {
             Self::One(_) | Self::ByNumber(..) => Some(0),
             Self::Two(_) | Self::Test(_) | Self::Blend | Self::Masked => Some(1),
+            Self::Arithmetic(_) | Self::Compare(_) | Self::IfCompare(_) => Some(1),
             _ => None,
         }
     }

@@ -236,7 +236,14 @@ impl Writer<'_> {
                 let number = self.number(inst, 1);
                 self.bytes.arithmetic_with_number(false, op, reg(0), number);
             }
-            Op::Arithmetic(op) => self.bytes.arithmetic(false, op, reg(0), reg(2)),
+            Op::Arithmetic(op) => {
+                let with = self.place(inst, None, at.get(2));
+                self.bytes.arithmetic(false, op, reg(0), with);
+            }
+            Op::Multiply if folded.is_some() => {
+                let number = self.number(inst, 1);
+                self.bytes.multiply_by(reg(0), reg(1), number);
+            }
             Op::Multiply => self.bytes.multiply(reg(0), reg(2)),
             Op::Shift(op) if folded.is_some() => {
                 let number = self.number(inst, 1);
@@ -251,7 +258,7 @@ impl Writer<'_> {
                 self.bytes.copy_if(Condition::Negative, reg(0), reg(1));
             }
             Op::Extreme(condition) => {
-                self.bytes.compare(reg(0), reg(2));
+                self.bytes.compare(reg(0), Place::In(reg(2)));
                 self.bytes.copy_if(opposite(condition), reg(0), reg(2));
             }
             Op::Compare(condition) => {
@@ -263,7 +270,7 @@ impl Writer<'_> {
                 self.bytes.copy_if(Condition::Equal, reg(0), reg(3));
             }
             Op::Divide | Op::Remainder => {
-                self.bytes.arithmetic(false, Arithmetic::Xor, RDX, RDX);
+                self.bytes.arithmetic(false, Arithmetic::Xor, RDX, Place::In(RDX));
                 self.bytes.divide(reg(2));
             }
             Op::LoadPointer(offset) => self.bytes.copy(true, reg(0), Place::At(Memory::At(reg(1), offset))),
@@ -284,6 +291,14 @@ impl Writer<'_> {
             Op::StoreVector(offset) => {
                 let to = Place::At(Memory::At(reg(0), offset));
                 self.bytes.evex(x86::VMOVUPS_STORE, reg(1), 0, to, plain);
+            }
+            Op::StoreMasked(offset) => {
+                let to = Place::At(Memory::At(reg(0), offset));
+                let under = Under {
+                    mask: reg(2),
+                    zeroes: false,
+                };
+                self.bytes.evex(x86::VMOVUPS_STORE, reg(1), 0, to, under);
             }
             Op::Address => self.bytes.address(reg(0), Memory::Indexed(reg(1), reg(2), 0)),
             Op::Place(array) => {
@@ -393,7 +408,7 @@ impl Writer<'_> {
                 self.branch(Condition::NotEqual, next, following);
             }
             Op::Return => {
-                self.bytes.arithmetic(false, Arithmetic::Xor, RAX, RAX);
+                self.bytes.arithmetic(false, Arithmetic::Xor, RAX, Place::In(RAX));
                 self.bytes.jump(self.leave());
             }
         }
@@ -404,7 +419,8 @@ impl Writer<'_> {
             let number = self.number(inst, 1);
             self.bytes.compare_with_number(register(at[0]), number);
         } else {
-            self.bytes.compare(register(at[0]), register(at[1]));
+            let with = self.place(inst, None, at.get(1));
+            self.bytes.compare(register(at[0]), with);
         }
     }
 }
