@@ -110,7 +110,7 @@ const NATIVE: bool = cfg!(all(
     any(target_arch = "x86_64", target_arch = "aarch64")
 ));
 
-/// The lane code that is compiled at run time.
+/// The lane code that is compiled at run time on every processor for which there is one.
 const NATIVE_CODE: &str = "native128x16";
 /// The interpreter, a hundred times as slow as the slowest lane code.
 const INTERPRETER: &str = "interpretedx1";
@@ -141,13 +141,11 @@ fn devices() -> Vec<(String, Box<dyn Evaluator>)> {
     let has_native = lane_codes.iter().any(|(name, _)| name == NATIVE_CODE);
     assert_eq!(has_native, NATIVE, "{:?}", Cpu::variants());
     // Compiled for the world at hand.
-    let specialised = NATIVE.then(|| {
-        let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(NATIVE_CODE));
+    let natives = Cpu::variants().into_iter().filter(|name| name.starts_with("native"));
+    let specialised = natives.map(|name| {
+        let cpu = Cpu::new(None).and_then(|cpu| cpu.with_variant(name));
         let cpu = cpu.expect("it is available").with_specialise(Specialise::Always);
-        (
-            NATIVE_CODE.to_owned() + SPECIALISED,
-            Box::new(cpu) as Box<dyn Evaluator>,
-        )
+        (name.to_owned() + SPECIALISED, Box::new(cpu) as Box<dyn Evaluator>)
     });
     lane_codes.into_iter().chain(specialised).chain(adapters()).collect()
 }

@@ -9,6 +9,8 @@ pub struct Code {
     pub(crate) lanes: u32,
     /// Machine that it was compiled for, see [`crate::Target::description`].
     pub(crate) target: String,
+    /// Most words of a buffer.
+    pub(crate) reach: u32,
     /// Words per element of each buffer.
     pub(crate) strides: Vec<u32>,
     /// Instructions and constants.
@@ -16,7 +18,7 @@ pub struct Code {
 }
 
 /// First bytes of cached code: a name, and the version of the format.
-const MAGIC: &[u8; 8] = b"oneiro\0\x01";
+const MAGIC: &[u8; 8] = b"oneiro\0\x02";
 
 impl Code {
     /// Number of bytes of instructions and constants.
@@ -29,6 +31,7 @@ impl Code {
         let mut bytes = MAGIC.to_vec();
         let number = |bytes: &mut Vec<u8>, number: usize| bytes.extend((number as u32).to_le_bytes());
         number(&mut bytes, self.lanes as usize);
+        number(&mut bytes, self.reach as usize);
         number(&mut bytes, self.strides.len());
         for stride in &self.strides {
             number(&mut bytes, *stride as usize);
@@ -50,12 +53,14 @@ impl Code {
         }
         let mut reader = Reader(bytes.strip_prefix(MAGIC)?);
         let lanes = reader.number()?;
+        let reach = reader.number()?;
         let buffers = reader.number()?;
         let strides = (0..buffers).map(|_| reader.number()).collect::<Option<_>>()?;
         let target = String::from_utf8(reader.part()?.to_vec()).ok()?;
         let bytes = reader.part()?.to_vec();
         let code = Self {
             lanes,
+            reach,
             target,
             strides,
             bytes,
@@ -92,6 +97,7 @@ mod tests {
         let target = Target::host().expect("this machine has machine code");
         let code = Code {
             lanes: 8,
+            reach: u32::MAX,
             target: target.description(),
             strides: vec![1, 4],
             bytes: (0..200).collect(),

@@ -151,6 +151,15 @@ impl Target {
         }
     }
 
+    /// Most words of a buffer that code can reach.
+    pub fn reach(&self) -> u32 {
+        match self.code {
+            Generator::Cranelift(_) => u32::MAX,
+            // Vectors of indices have signs.
+            Generator::Wide => i32::MAX as u32,
+        }
+    }
+
     /// The most lanes for which a thread's stack has room, as far as this can be computed before code is generated.
     ///
     /// # Errors
@@ -180,6 +189,7 @@ impl Target {
         };
         Ok(Code {
             lanes,
+            reach: self.reach(),
             target: self.description(),
             strides: trees.strides.clone(),
             bytes,

@@ -33,7 +33,7 @@ pub enum Stopped {
         found: usize,
     },
     /// A buffer is shorter than one element, or longer than an index can reach.
-    #[error("buffer {binding} has {words} words; allowed: {least} to {}", u32::MAX)]
+    #[error("buffer {binding} has {words} words; allowed: {least} to {most}")]
     Size {
         /// Binding number of the buffer.
         binding: usize,
@@ -41,6 +41,8 @@ pub enum Stopped {
         words: usize,
         /// Words of one element.
         least: u32,
+        /// Most words that the code can reach.
+        most: u32,
     },
 }
 
@@ -55,6 +57,7 @@ pub struct Native {
     _memory: Mmap,
     entry: Entry,
     lanes: u32,
+    reach: u32,
     strides: Vec<u32>,
 }
 
@@ -84,6 +87,7 @@ impl Native {
             _memory: memory,
             entry,
             lanes: code.lanes,
+            reach: code.reach,
             strides: code.strides.clone(),
         })
     }
@@ -109,9 +113,14 @@ impl Native {
             });
         }
         for (binding, (buffer, &least)) in buffers.iter().zip(&self.strides).enumerate() {
-            if buffer.len < least as usize || buffer.len > u32::MAX as usize {
-                let words = buffer.len;
-                return Err(Stopped::Size { binding, words, least });
+            let (words, most) = (buffer.len, self.reach);
+            if words < least as usize || words > most as usize {
+                return Err(Stopped::Size {
+                    binding,
+                    words,
+                    least,
+                    most,
+                });
             }
         }
         // SAFETY: all buffers that the code reads are there, each with at least one element, and the code clamps every

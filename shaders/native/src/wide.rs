@@ -5,6 +5,8 @@ mod allocate;
 mod encode;
 mod graph;
 mod operations;
+#[cfg(test)]
+mod tests;
 mod write;
 
 use std::mem::offset_of;

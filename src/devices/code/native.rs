@@ -301,6 +301,10 @@ impl Code {
                 kernel: self.kernel.to_owned(),
                 turns,
             }),
+            Err(stopped @ native::Stopped::Size { .. }) => Err(Error::TooLarge(format!(
+                "{}: {stopped}; evaluate fewer episodes at once",
+                self.kernel
+            ))),
             done => {
                 done.expect("the buffers are those of its bindings");
                 Ok(())

@@ -192,6 +192,10 @@ impl Bytes {
 
     /// An instruction of one or two opcodes on general registers. `is_long`: of 64 bits.
     fn general(&mut self, is_long: bool, opcodes: &[u8], register: Register, place: Place) {
+        self.with_prefix(is_long, false, opcodes, register, place);
+    }
+
+    fn with_prefix(&mut self, is_long: bool, is_byte: bool, opcodes: &[u8], register: Register, place: Place) {
         let (base, index) = match place {
             Place::In(other) | Place::At(Memory::At(other, _)) => (other, 0),
             Place::At(Memory::Indexed(base, index, _)) => (base, index),
@@ -199,7 +203,7 @@ impl Bytes {
         };
         let rex = u8::from(is_long) << 3 | bit(register, 3) << 2 | bit(index, 3) << 1 | bit(base, 3);
         // Without it, some numbers mean parts of other registers where a byte is meant.
-        if rex != 0 || opcodes.len() == 2 {
+        if rex != 0 || is_byte {
             self.byte(0x40 | rex);
         }
         self.code.extend(opcodes);
@@ -305,8 +309,8 @@ impl Bytes {
 
     /// Sets a register to 0 or 1.
     pub(super) fn set_if(&mut self, condition: Condition, to: Register) {
-        self.general(false, &[0x0f, 0x90 | condition as u8], 0, Place::In(to));
-        self.general(false, &[0x0f, 0xb6], to, Place::In(to));
+        self.with_prefix(false, true, &[0x0f, 0x90 | condition as u8], 0, Place::In(to));
+        self.with_prefix(false, true, &[0x0f, 0xb6], to, Place::In(to));
     }
 
     pub(super) fn address(&mut self, to: Register, of: Memory) {

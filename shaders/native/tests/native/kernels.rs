@@ -212,6 +212,7 @@ fn buffers_that_do_not_fit_are_refused() {
         binding: 3,
         words: 3,
         least: 4,
+        most: u32::MAX,
     };
     assert_eq!(run(&native, buffers, &one, TURNS), Err(size));
     assert_eq!(size.to_string(), "buffer 3 has 3 words; allowed: 4 to 4294967295");

@@ -1,0 +1,467 @@
+//! By binutils' disassembler: the bytes of each kind of instruction are what they should be, with random registers, distances and numbers; and
+//! kernels have none that would change a bit or leave the function.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use oneiro_shader_compiler::trees;
+
+use super::encode::{Bytes, Condition, Evex, Memory, Place, Register, Under};
+use super::operations::{Arithmetic, Logic, Shift, instructions as x86};
+
+#[allow(dead_code, reason = "the build script uses the rest")]
+#[path = "../../../catalogue.rs"]
+mod catalogue;
+
+/// Random numbers.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: u64) -> u64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % end
+    }
+
+    fn of<T: Copy>(&mut self, all: &[T]) -> T {
+        all[self.below(all.len() as u64) as usize]
+    }
+
+    fn vector(&mut self) -> Register {
+        self.below(32) as Register
+    }
+
+    fn mask(&mut self) -> Register {
+        1 + self.below(7) as Register
+    }
+
+    fn general(&mut self) -> Register {
+        self.below(16) as Register
+    }
+
+    /// A distance in whole words.
+    fn distance(&mut self) -> i32 {
+        let sizes = [1, 64, 4096, 1 << 20];
+        let size = self.of(&sizes);
+        4 * (self.below(2 * size) as i32 - size as i32)
+    }
+}
+
+const LONG: [&str; 16] = [
+    "rax", "rcx", "rdx", "rbx", "rsp", "rbp", "rsi", "rdi", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15",
+];
+const SHORT: [&str; 16] = [
+    "eax", "ecx", "edx", "ebx", "esp", "ebp", "esi", "edi", "r8d", "r9d", "r10d", "r11d", "r12d", "r13d", "r14d",
+    "r15d",
+];
+
+const BYTES: [&str; 16] = [
+    "al", "cl", "dl", "bl", "spl", "bpl", "sil", "dil", "r8b", "r9b", "r10b", "r11b", "r12b", "r13b", "r14b", "r15b",
+];
+
+fn long(register: Register) -> &'static str {
+    LONG[register as usize]
+}
+
+fn short(register: Register) -> &'static str {
+    SHORT[register as usize]
+}
+
+/// A distance as the disassembler writes it.
+fn signed(distance: i32) -> String {
+    match distance {
+        0 => String::new(),
+        1.. => format!("+{distance:#x}"),
+        _ => format!("-{:#x}", distance.unsigned_abs()),
+    }
+}
+
+/// Bytes and their text, one line for each instruction.
+#[derive(Default)]
+struct Both {
+    bytes: Bytes,
+    text: Vec<String>,
+}
+
+impl Both {
+    /// Adds what should read like this.
+    fn add(&mut self, text: String, write: impl FnOnce(&mut Bytes)) {
+        self.text.push(text);
+        write(&mut self.bytes);
+    }
+}
+
+/// Instructions on vectors: name, kinds of the registers (`z` and `x` for vectors and floats, `y` for half of one, `k` for a mask, `d` for an integer, `-` for
+/// none): the result, the other, and the one that may be in memory.
+const VECTORS: [(Evex, &str, &str); 54] = [
+    (x86::VADDPS, "vaddps", "zzz"),
+    (x86::VMULPS, "vmulps", "zzz"),
+    (x86::VSUBPS, "vsubps", "zzz"),
+    (x86::VMINPS, "vminps", "zzz"),
+    (x86::VMAXPS, "vmaxps", "zzz"),
+    (x86::VADDSS, "vaddss", "xxx"),
+    (x86::VMULSS, "vmulss", "xxx"),
+    (x86::VSUBSS, "vsubss", "xxx"),
+    (x86::VMINSS, "vminss", "xxx"),
+    (x86::VMAXSS, "vmaxss", "xxx"),
+    (x86::VPADDD, "vpaddd", "zzz"),
+    (x86::VPSUBD, "vpsubd", "zzz"),
+    (x86::VPMULLD, "vpmulld", "zzz"),
+    (x86::VPANDD, "vpandd", "zzz"),
+    (x86::VPORD, "vpord", "zzz"),
+    (x86::VPXORD, "vpxord", "zzz"),
+    (x86::VPMINUD, "vpminud", "zzz"),
+    (x86::VPMINSD, "vpminsd", "zzz"),
+    (x86::VPMAXUD, "vpmaxud", "zzz"),
+    (x86::VPMAXSD, "vpmaxsd", "zzz"),
+    (x86::VPSLLVD, "vpsllvd", "zzz"),
+    (x86::VPSRLVD, "vpsrlvd", "zzz"),
+    (x86::VPSRAVD, "vpsravd", "zzz"),
+    (x86::VPSLLD, "vpslld", "zzx"),
+    (x86::VPSRLD, "vpsrld", "zzx"),
+    (x86::VPSRAD, "vpsrad", "zzx"),
+    (x86::VDIVPD, "vdivpd", "zzz"),
+    (x86::VBLENDMPS, "vblendmps", "zzz"),
+    (x86::VPTESTMD, "vptestmd", "kzz"),
+    (x86::VCMPPS.with(17), "vcmplt_oqps", "kzz"),
+    (x86::VCMPPS.with(29), "vcmpge_oqps", "kzz"),
+    (x86::VCMPSS.with(4), "vcmpneqss", "kxx"),
+    (x86::VPCMPD.with(1), "vpcmpltd", "kzz"),
+    (x86::VPCMPUD.with(6), "vpcmpnleud", "kzz"),
+    (x86::VPABSD, "vpabsd", "z-z"),
+    (x86::VCVTDQ2PS, "vcvtdq2ps", "z-z"),
+    (x86::VCVTUDQ2PS, "vcvtudq2ps", "z-z"),
+    (x86::VCVTTPS2DQ, "vcvttps2dq", "z-z"),
+    (x86::VCVTTPS2UDQ, "vcvttps2udq", "z-z"),
+    (x86::VCVTUDQ2PD, "vcvtudq2pd", "z-y"),
+    (x86::VCVTTPD2UDQ, "vcvttpd2udq", "y-z"),
+    (x86::VMOVAPS, "vmovaps", "z-z"),
+    (x86::VMOVUPS, "vmovups", "z-z"),
+    (x86::VBROADCASTSS, "vbroadcastss", "z-x"),
+    (x86::VPBROADCASTD, "vpbroadcastd", "z-d"),
+    (x86::VPMOVM2D, "vpmovm2d", "z-k"),
+    (x86::VMOVD, "vmovd", "x-d"),
+    (x86::VCVTSI2SS, "vcvtsi2ss", "xxd"),
+    (x86::VCVTUSI2SS, "vcvtusi2ss", "xxd"),
+    (x86::VCVTTSS2SI, "vcvttss2si", "d-x"),
+    (x86::VCVTTSS2USI, "vcvttss2usi", "d-x"),
+    (x86::VRNDSCALEPS.with(9), "vrndscaleps", "z-z"),
+    (x86::VRNDSCALESS.with(11), "vrndscaless", "xxx"),
+    (x86::VINSERTI64X4.with(1), "vinserti64x4", "zzy"),
+];
+
+fn named(kind: u8, register: Register) -> String {
+    match kind {
+        b'd' => short(register).to_owned(),
+        b'k' => format!("k{register}"),
+        kind => format!("{}mm{register}", char::from(kind)),
+    }
+}
+
+fn vectors(both: &mut Both, random: &mut Random) {
+    for (op, name, kinds) in VECTORS {
+        let kinds = kinds.as_bytes();
+        let mut register = |kind: u8| match kind {
+            b'k' => random.mask(),
+            b'd' => random.general(),
+            _ => random.vector(),
+        };
+        let [result, other, last] = [0, 1, 2].map(|at| register(kinds[at]));
+        let (has_other, other_number) = (kinds[1] != b'-', if kinds[1] == b'-' { 0 } else { other });
+        let mut text = format!("{name} {},", named(kinds[0], result));
+        if has_other {
+            text += &format!("{},", named(kinds[1], other));
+        }
+        let number = match name {
+            "vrndscaleps" => ",0x9",
+            "vrndscaless" => ",0xb",
+            "vinserti64x4" => ",0x1",
+            _ => "",
+        };
+        both.add(format!("{text}{}{number}", named(kinds[2], last)), |bytes| {
+            bytes.evex(op, result, other_number, Place::In(last), Under::default());
+        });
+        if matches!(kinds[2], b'z' | b'y' | b'x') && !(kinds[0] == b'd') {
+            let (base, distance) = (random.general(), random.distance());
+            let size = match (kinds[2], name) {
+                (b'z', _) => "ZMMWORD",
+                (b'y', _) => "YMMWORD",
+                (_, "vpslld" | "vpsrld" | "vpsrad") => "XMMWORD",
+                _ => "DWORD",
+            };
+            let place = format!("{size} PTR [{}{}]", long(base), signed(distance));
+            both.add(format!("{text}{place}{number}"), |bytes| {
+                bytes.evex(
+                    op,
+                    result,
+                    other_number,
+                    Place::At(Memory::At(base, distance)),
+                    Under::default(),
+                );
+            });
+        }
+    }
+    let (a, b, mask, zeroes) = (random.vector(), random.vector(), random.mask(), random.below(2) == 1);
+    let z = if zeroes { "{z}" } else { "" };
+    both.add(format!("vmovups zmm{a}{{k{mask}}}{z},zmm{b}"), |bytes| {
+        bytes.evex(x86::VMOVUPS, a, 0, Place::In(b), Under { mask, zeroes });
+    });
+    let (base, distance) = (random.general(), random.distance());
+    let place = format!("[{}{}]", long(base), signed(distance));
+    both.add(format!("vmovups ZMMWORD PTR {place}{{k{mask}}},zmm{a}"), |bytes| {
+        let to = Place::At(Memory::At(base, distance));
+        bytes.evex(x86::VMOVUPS_STORE, a, 0, to, Under { mask, zeroes: false });
+    });
+    both.add(format!("vmovaps ZMMWORD PTR {place},zmm{a}"), |bytes| {
+        bytes.evex(
+            x86::VMOVAPS_STORE,
+            a,
+            0,
+            Place::At(Memory::At(base, distance)),
+            Under::default(),
+        );
+    });
+    both.add(format!("vmovss DWORD PTR {place},xmm{a}"), |bytes| {
+        bytes.evex(
+            x86::VMOVSS_STORE,
+            a,
+            0,
+            Place::At(Memory::At(base, distance)),
+            Under::default(),
+        );
+    });
+    both.add(format!("vmovss xmm{a},DWORD PTR {place}"), |bytes| {
+        bytes.evex(
+            x86::VMOVSS,
+            a,
+            0,
+            Place::At(Memory::At(base, distance)),
+            Under::default(),
+        );
+    });
+    let words = format!("[{}+zmm{b}*4{}]", long(base), signed(distance));
+    let to = (b + 1) % 32;
+    both.add(format!("vpgatherdd zmm{to}{{k{mask}}},DWORD PTR {words}"), |bytes| {
+        let from = Place::At(Memory::Indexed(base, b, distance));
+        bytes.evex(x86::VPGATHERDD, to, 0, from, Under { mask, zeroes: false });
+    });
+    both.add(format!("vpscatterdd DWORD PTR {words}{{k{mask}}},zmm{a}"), |bytes| {
+        let to = Place::At(Memory::Indexed(base, b, distance));
+        bytes.evex(x86::VPSCATTERDD, a, 0, to, Under { mask, zeroes: false });
+    });
+    let (to, count) = (random.general(), random.below(32) as u8);
+    both.add(format!("vmovd {},xmm{a}", short(to)), |bytes| {
+        bytes.evex(x86::VMOVD_STORE, a, 0, Place::In(to), Under::default());
+    });
+    both.add(format!("vextracti64x4 ymm{a},zmm{b},0x1"), |bytes| {
+        bytes.evex(x86::VEXTRACTI64X4.with(1), b, 0, Place::In(a), Under::default());
+    });
+    both.add(format!("vpternlogd zmm{a},zmm{a},zmm{a},0xff"), |bytes| {
+        bytes.evex(x86::VPTERNLOGD.with(0xff), a, a, Place::In(a), Under::default());
+    });
+    for (number, name) in [(6, "vpslld"), (2, "vpsrld"), (4, "vpsrad")] {
+        both.add(format!("{name} zmm{a},zmm{b},{count:#x}"), |bytes| {
+            bytes.evex(x86::VPSHIFTD.with(count), number, a, Place::In(b), Under::default());
+        });
+    }
+}
+
+/// Instructions on integers.
+fn integers(both: &mut Both, random: &mut Random) {
+    let (a, b, c) = (random.general(), random.general(), random.general());
+    let number = random.below(1 << 31) as u32;
+    let (base, distance) = (random.general(), random.distance());
+    let place = format!("[{}{}]", long(base), signed(distance));
+    let memory = Memory::At(base, distance);
+    both.add(format!("mov {},{number:#x}", short(a)), |bytes| {
+        bytes.set_number(a, number)
+    });
+    both.add(format!("mov {},{}", long(a), long(b)), |bytes| {
+        bytes.copy(true, a, Place::In(b))
+    });
+    both.add(format!("mov {},DWORD PTR {place}", short(a)), |bytes| {
+        bytes.copy(false, a, Place::At(memory))
+    });
+    both.add(format!("mov QWORD PTR {place},{}", long(a)), |bytes| {
+        bytes.save(true, memory, a)
+    });
+    for (op, name) in [
+        (Arithmetic::Add, "add"),
+        (Arithmetic::Or, "or"),
+        (Arithmetic::And, "and"),
+        (Arithmetic::Subtract, "sub"),
+        (Arithmetic::Xor, "xor"),
+    ] {
+        both.add(format!("{name} {},{}", short(a), short(b)), |bytes| {
+            bytes.arithmetic(false, op, a, Place::In(b))
+        });
+        both.add(format!("{name} {},DWORD PTR {place}", short(a)), |bytes| {
+            bytes.arithmetic(false, op, a, Place::At(memory));
+        });
+        both.add(format!("{name} {},{number:#x}", short(a)), |bytes| {
+            bytes.arithmetic_with_number(false, op, a, number)
+        });
+    }
+    both.add(format!("cmp {},{}", short(a), short(b)), |bytes| {
+        bytes.compare(a, Place::In(b))
+    });
+    both.add(format!("cmp {},{number:#x}", short(a)), |bytes| {
+        bytes.compare_with_number(a, number)
+    });
+    both.add(format!("test {},{}", short(a), short(a)), |bytes| bytes.test(a));
+    both.add(format!("imul {},{}", short(a), short(b)), |bytes| bytes.multiply(a, b));
+    both.add(format!("imul {},{},{number:#x}", short(a), short(b)), |bytes| {
+        bytes.multiply_by(a, b, number)
+    });
+    both.add(format!("neg {}", short(a)), |bytes| bytes.negate(a));
+    both.add(format!("not {}", short(a)), |bytes| bytes.invert(a));
+    both.add(format!("div {}", short(a)), |bytes| bytes.divide(a));
+    for (op, by_number, name) in [
+        (Shift::Left, "shl", "shlx"),
+        (Shift::Right, "shr", "shrx"),
+        (Shift::SignedRight, "sar", "sarx"),
+    ] {
+        let count = 2 + random.below(30) as u8;
+        both.add(format!("{by_number} {},{count:#x}", short(a)), |bytes| {
+            bytes.shift_by(op, a, count)
+        });
+        both.add(format!("{name} {},{},{}", short(a), short(b), short(c)), |bytes| {
+            bytes.shift(op, a, b, c)
+        });
+    }
+    for (condition, name) in [
+        (Condition::Below, "b"),
+        (Condition::AboveEqual, "ae"),
+        (Condition::Equal, "e"),
+        (Condition::NotEqual, "ne"),
+        (Condition::BelowEqual, "be"),
+        (Condition::Above, "a"),
+        (Condition::Negative, "s"),
+        (Condition::Less, "l"),
+        (Condition::GreaterEqual, "ge"),
+        (Condition::LessEqual, "le"),
+        (Condition::Greater, "g"),
+    ] {
+        both.add(format!("cmov{name} {},{}", short(a), short(b)), |bytes| {
+            bytes.copy_if(condition, a, b)
+        });
+        both.add(format!("set{name} {}", BYTES[a as usize]), |bytes| {
+            bytes.set_if(condition, a)
+        });
+        both.text.push(format!("movzx {},{}", short(a), BYTES[a as usize]));
+    }
+    let index = random.of(&[0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    both.add(
+        format!("lea {},[{}+{}*4{}]", long(a), long(base), long(index), signed(distance)),
+        |bytes| {
+            bytes.address(a, Memory::Indexed(base, index, distance));
+        },
+    );
+    both.add(format!("push {}", long(a)), |bytes| bytes.push(a));
+    both.add(format!("pop {}", long(a)), |bytes| bytes.pop(a));
+    both.add(format!("test DWORD PTR {place},eax"), |bytes| bytes.touch(memory));
+}
+
+fn masks(both: &mut Both, random: &mut Random) {
+    let (a, b, c) = (random.mask(), random.mask(), random.mask());
+    for (op, name) in [
+        (Logic::And, "kandw"),
+        (Logic::AndNot, "kandnw"),
+        (Logic::Or, "korw"),
+        (Logic::Xor, "kxorw"),
+        (Logic::Same, "kxnorw"),
+    ] {
+        both.add(format!("{name} k{a},k{b},k{c}"), |bytes| bytes.logic(op, a, b, c));
+    }
+    let (general, base, distance) = (random.general(), random.general(), random.distance());
+    let place = format!("WORD PTR [{}{}]", long(base), signed(distance));
+    both.add(format!("knotw k{a},k{b}"), |bytes| bytes.invert_mask(a, b));
+    both.add(format!("kortestw k{a},k{a}"), |bytes| bytes.test_mask(a));
+    both.add(format!("kmovw k{a},k{b}"), |bytes| bytes.copy_mask(a, Place::In(b)));
+    both.add(format!("kmovw k{a},{place}"), |bytes| {
+        bytes.copy_mask(a, Place::At(Memory::At(base, distance)))
+    });
+    both.add(format!("kmovw {place},k{a}"), |bytes| {
+        bytes.save_mask(Memory::At(base, distance), a)
+    });
+    both.add(format!("kmovw k{a},{}", short(general)), |bytes| {
+        bytes.mask_of_bits(a, general)
+    });
+    both.add(format!("kmovw {},k{a}", short(general)), |bytes| {
+        bytes.bits_of_mask(general, a)
+    });
+}
+
+/// The text of code, an instruction a line, or `None` if there is no disassembler.
+fn disassembled(code: &[u8]) -> Option<Vec<String>> {
+    static MADE: AtomicU32 = AtomicU32::new(0);
+    let number = MADE.fetch_add(1, Ordering::Relaxed);
+    let path = std::env::temp_dir().join(format!("oneiro-wide-{}-{number}.bin", std::process::id()));
+    fs::write(&path, code).expect("there is room");
+    let mut command = Command::new("objdump");
+    command.args("-D -b binary -m i386:x86-64 -M intel --no-show-raw-insn -w".split(' '));
+    let output = command.arg(&path).output();
+    fs::remove_file(&path).expect("it was written");
+    let text = String::from_utf8(output.ok()?.stdout).expect("it is text");
+    let instruction = |line: &str| {
+        let text = line.split_once(":\t")?.1.split('#').next()?;
+        // It also says which of two encodings this is, and that a prefix is not needed.
+        let words: Vec<_> = text
+            .split_whitespace()
+            .filter(|word| !["{evex}", "rex"].contains(word))
+            .collect();
+        // A base that needs a distance may have one of 0.
+        Some(words.join(" ").replace("+0x0]", "]"))
+    };
+    Some(text.lines().filter_map(instruction).collect())
+}
+
+#[test]
+fn bytes_are_what_a_disassembler_reads() {
+    let mut random = Random(1);
+    let mut both = Both::default();
+    for _ in 0..200 {
+        vectors(&mut both, &mut random);
+        integers(&mut both, &mut random);
+        masks(&mut both, &mut random);
+    }
+    let read = disassembled(&both.bytes.finish()).expect("binutils is there, which Rust needs to link programs");
+    let differ = read.iter().zip(&both.text).filter(|(read, written)| read != written);
+    assert_eq!(differ.take(20).collect::<Vec<_>>(), []);
+    assert!(
+        read.len() >= both.text.len() && both.text.len() > 30_000,
+        "{}",
+        both.text.len()
+    );
+}
+
+/// Code ends before its constants.
+const LAST: [u8; 4] = [0xc5, 0xf8, 0x77, 0xc3];
+
+#[test]
+fn nothing_is_fused_or_approximate_and_nothing_is_called() {
+    let kernels = Path::new(env!("CARGO_MANIFEST_DIR")).join("../wgsl");
+    for entry in catalogue::CATALOGUE {
+        let trees = trees(&catalogue::parts(&kernels, entry)).expect("it is exact");
+        for lanes in super::NUMBERS {
+            let code = super::compile(&trees, lanes, false).expect("it compiles");
+            let end = code.windows(4).position(|bytes| bytes == LAST).expect("it returns");
+            let read = disassembled(&code[..end + LAST.len()]).expect("binutils is there");
+            for text in read {
+                let name = text.split(' ').next().expect("an instruction has a name");
+                let is_fused = ["vfm", "vfnm", "vp4", "vdp"]
+                    .iter()
+                    .any(|fused| name.starts_with(fused));
+                let is_approximate = ["rcp", "rsqrt", "exp2", "scalef", "reduce", "range"]
+                    .iter()
+                    .any(|part| name.contains(part));
+                let leaves = ["call", "syscall", "int", "(bad)"].contains(&name);
+                assert!(!is_fused && !is_approximate && !leaves, "{}: {text}", entry.name);
+            }
+        }
+    }
+}
