@@ -430,7 +430,7 @@ mod tests {
             label: "a < b",
             values: vec![1.0, 2.0],
         };
-        let svg = learning_curve("t", "fitness", &[line]);
+        let svg = learning_curve("t", "fitness", &[line], None);
         let body =
             figure("Figure 1", "A <figure id=\"x\">.", &svg) + &paragraph("between") + &figure("Pair 2, n", "B.", &svg);
         let html = document("t", "", &[Section::new("all", "All", body)]);
@@ -495,6 +495,7 @@ mod tests {
             const x = (part) => left + part * (right - left);
             const read = () => (box.hidden ? 'hidden' : [...box.children].map((row) => row.textContent).join('; '));
             at(charts[0], 'pointermove', x(0.24), 100);
+            Some(&[30, 50, 60, 65, 70]),
             const values = read();
             at(charts[0], 'pointermove', x(0.75), 100);
             const gap = read();
@@ -517,7 +518,7 @@ mod tests {
             const plot = charts[1].querySelector('[data-plot]');
             for (const key of ['End', 'ArrowLeft']) plot.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
             const current = document.querySelector('nav [aria-current]').textContent;
-            return { values, gap, without, pressed, isZoomed, zoomed, isReset, band: read(), current };";
+            return { values, gap, without, pressed, isZoomed, zoomed, isReset, band: bandRead, toggles, spent, current };";
         let Some(told) = browser::told("charts", &html, ask) else {
             return;
         };
@@ -535,3 +536,12 @@ mod tests {
         assert_eq!(told, expected);
     }
 }
+            const bandRead = read();
+            const axes = [...charts[0].querySelectorAll('.chart-axis')].reverse();
+            const toggles = axes.map((own) => `${own.textContent} ${own.getAttribute('aria-pressed')}`).join();
+            charts[2].querySelector('.chart-axis').dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+            at(charts[0], 'pointermove', x(0), 100);
+            at(charts[0], 'pointermove', x(50 / 70), 100);
+            const spent = read();
+            "toggles": "generation true,episodes spent false",
+            "spent": "episodes spent 50; best: 25; mean: 10",

@@ -1,12 +1,13 @@
 // Makes the charts of `figures/plot.rs` answer: a pointer or the arrow keys read values, a click on a line's name hides
 // or shows it, a drag or a double click zooms, Escape shows the whole range again. Charts remain complete figures without it.
+// Where a chart has several axes across, a click on a name exchanges those of all charts of the page.
 // A page that replaces its charts calls `attach` again: hidden lines and zooms are kept by the figure's id or title.
 
 /**
  * @typedef {[number, number]} Pair
  * @typedef {{ name: string, colour: string, lines: Pair[][], bands: { highs: Pair[], lows: Pair[] }[] }} Series
  * @typedef {{ hidden: Set<string>, zooms: Map<number, Pair> }} Kept what a redrawn chart keeps
- * @typedef {{ reset: () => void, hide: () => void, svg: SVGSVGElement }} Chart
+ * @typedef {{ reset: () => void, hide: () => void, choose: () => void, svg: SVGSVGElement }} Chart
  */
 
 const SVG = 'http://www.w3.org/2000/svg';
@@ -17,7 +18,8 @@ const NARROWEST = 0.002;
 
 const STYLE = `
 [data-plot] { cursor: crosshair; outline-offset: 2px; }
-text[data-series][role] { cursor: pointer; }
+text[role=button] { cursor: pointer; }
+.chart-axis[aria-pressed=false] { text-decoration: underline; }
 text[data-series][aria-pressed=false] { opacity: .6; text-decoration: line-through; }
 .chart-values { position: fixed; z-index: 9; pointer-events: none; padding: 6px 10px; border-radius: 8px;
   width: max-content; max-width: 90vw;
@@ -30,6 +32,8 @@ text[data-series][aria-pressed=false] { opacity: .6; text-decoration: line-throu
 const kept = new Map();
 /** @type {Chart[]} */
 let charts = [];
+/** The chosen axis; empty for the first of each chart. */
+let axis = '';
 /** @type {HTMLElement | null} */
 let box = null;
 
@@ -285,7 +289,8 @@ function plotOf(svg, group, keep, place) {
   group.addEventListener('blur', hide);
   const before = keep.zooms.get(place);
   if (before) zoom(before);
-  return { left, right, top, bottom, marks, show, hide, zoom, original };
+  const isShown = () => !group.closest('[display=none]');
+  return { left, right, top, bottom, marks, show, hide, zoom, original, isShown };
 }
 
 /** @param {SVGSVGElement} svg */
@@ -303,7 +308,7 @@ function enliven(svg) {
   const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM()?.inverse());
   /** @param {DOMPoint} at */
   const under = (at) => plots.find((own) => (
-    at.x >= own.left - 4 && at.x <= own.right + 4 && at.y >= own.top - 12 && at.y <= own.bottom + 26));
+    own.isShown() && at.x >= own.left - 4 && at.x <= own.right + 4 && at.y >= own.top - 12 && at.y <= own.bottom + 26));
   /** @type {{ plot: (typeof plots)[0], from: number } | null} */
   let drag = null;
 
@@ -362,23 +367,56 @@ function enliven(svg) {
   };
   for (const name of names) {
     const colour = colourOf(name);
-    const toggle = () => {
+    press(name, () => {
       if (!keep.hidden.delete(colour)) keep.hidden.add(colour);
       draw();
       hide();
-    };
-    name.setAttribute('tabindex', '0');
-    name.setAttribute('role', 'button');
-    name.addEventListener('click', toggle);
-    name.addEventListener('keydown', (event) => {
-      if (event instanceof KeyboardEvent && (event.key === 'Enter' || event.key === ' ')) {
-        event.preventDefault();
-        toggle();
-      }
     });
   }
   draw();
-  charts.push({ svg, hide, reset: () => plots.forEach((plot) => plot.zoom(undefined)) });
+  const choose = choices(svg, plots[0].right);
+  choose();
+  charts.push({ svg, hide, choose, reset: () => plots.forEach((plot) => plot.zoom(undefined)) });
+}
+
+/** Makes an element a button.
+ * @param {Element} own
+ * @param {() => void} toggle */
+function press(own, toggle) {
+  own.setAttribute('tabindex', '0');
+  own.setAttribute('role', 'button');
+  own.addEventListener('click', toggle);
+  own.addEventListener('keydown', (event) => {
+    if (event instanceof KeyboardEvent && (event.key === 'Enter' || event.key === ' ')) {
+      event.preventDefault();
+      toggle();
+    }
+  });
+}
+
+/** Names of a chart's axes across, above its plot, if there are several. Returns what shows the chosen one.
+ * @param {SVGSVGElement} svg
+ * @param {number} right
+ * @returns {() => void} */
+function choices(svg, right) {
+  const groups = [...svg.querySelectorAll('[data-choice]')];
+  let end = right;
+  const names = [...groups].reverse().map((group) => {
+    const name = svgElement('text', { x: end, y: 24, 'font-size': 13, 'text-anchor': 'end', fill: '#33363f', class: 'chart-axis' });
+    name.textContent = group.getAttribute('data-choice');
+    press(name, () => {
+      axis = name.textContent || '';
+      charts.forEach((chart) => [chart.hide, chart.choose].forEach((change) => change()));
+    });
+    svg.append(name);
+    end -= /** @type {SVGTextElement} */ (name).getComputedTextLength() + 18;
+    return name;
+  });
+  return () => {
+    const chosen = groups.find((group) => group.getAttribute('data-choice') === axis) || groups[0];
+    groups.forEach((group) => group.setAttribute('display', group === chosen ? 'inline' : 'none'));
+    names.forEach((name) => name.setAttribute('aria-pressed', String(name.textContent === chosen.getAttribute('data-choice'))));
+  };
 }
 
 /** Makes all charts below an element answer; those that do already are left alone.

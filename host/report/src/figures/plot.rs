@@ -3,6 +3,8 @@
 use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, escaped, number, tick_step};
 use crate::numbers::fixed;
 
+/// Name of an axis of episodes.
+pub const EPISODES: &str = "episodes spent";
 /// Minimum distance of two labels, in pixels.
 pub const LABEL_GAP: f64 = 17.0;
 /// Approximate width of a letter of a label, in pixels.

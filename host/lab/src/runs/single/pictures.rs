@@ -44,6 +44,8 @@ pub(super) struct Drawn<'a> {
     pub(super) trace: Option<&'a Trace>,
     /// The table of generations.
     pub(super) rows: &'a [Row],
+    /// Episodes spent after each generation.
+    pub(super) spent: &'a [u64],
     /// The elites, if the optimiser keeps some.
     pub(super) archive: Option<&'a Archive>,
 }
