@@ -655,6 +655,7 @@ impl Job for Evolving {
                 trace: self.trace.as_ref(),
                 rows: &rows,
                 spent: &self.spent(rows.len()),
+                rounds: &self.progressed.rounds,
                 archive,
             };
             let pictures = pictures::all(&drawn);
