@@ -139,6 +139,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     let every = replay.every.min(world.cycles());
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
+    taken::check_moment(replay, every, trace.len())?;
     let life = lives.fitness[replay.trial as usize];
     let title = title(&format!(", fitness {}", significant(life.into(), 6)));
     let spec = world.spec();

@@ -45,8 +45,26 @@ pub(super) fn check(replay: &Replay<'_>) -> Result {
                 "{option} {shown}: this build draws no pixels; allowed: --picture FILE.svg, or a build with the feature `film`"
             )));
         }
+        if let Some(folder) = file.parent().filter(|own| !own.as_os_str().is_empty() && !own.is_dir()) {
+            return Err(Failure::input(format_args!(
+                "{option} {shown}: there is no folder {}; allowed: a file in a folder that exists",
+                folder.display()
+            )));
+        }
     }
     Ok(())
+}
+
+/// Refuses a moment after the last of so many records.
+pub(super) fn check_moment(replay: &Replay<'_>, every: u32, records: usize) -> Result {
+    let cycles = u64::from(every) * records.saturating_sub(1) as u64;
+    let last = cycles as f64 / 10.0;
+    match replay.at {
+        Some(at) if at > last => Err(Failure::input(format_args!(
+            "--at {at}: is after the end of the episode; allowed: 0 to {last}"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Writes the files; returns their paths, the picture's and the film's.
@@ -77,6 +95,7 @@ pub(super) fn write_with_page(
             "--generations: swarms of several generations are not in one picture or film; allowed: --generation N",
         ));
     }
+    check_moment(replay, episodes.every, episodes.robots[0].len())?;
     plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     disk::write(page, figures::episode_page(episodes).as_bytes())?;
     Ok(write(replay, episodes)?.map(|file| file.map(|file| file.display().to_string())))
