@@ -1,6 +1,8 @@
 //! Just enough HTML: a document, sections, figures and tables. Arguments named text are escaped here; those named HTML
 //! were escaped where they were made.
 
+mod scheme;
+
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +11,7 @@ use oneiro_base::exit::Result;
 
 use crate::bundle::bundle;
 use crate::figures::escaped;
+pub use scheme::rules as dark_rules;
 
 /// The folder beside a page that has its figures as files.
 pub const FIGURES: &str = "figures";
@@ -40,6 +43,7 @@ impl Section {
 /// The whole file: the title, the lead below it as HTML, and the sections with links to them.
 pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let title = escaped(title);
+    let dark = scheme::rules(&sections.iter().map(|own| own.body.as_str()).collect::<String>());
     let links = joined(sections, |section| {
         format!("<a href=\"#{}\">{}</a>\n", section.id, escaped(&section.title))
     });
@@ -54,7 +58,7 @@ pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{lead}\
+         <title>{title}</title>\n<style>\n{STYLE}{dark}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{lead}\
          </header>\n<nav>\n{links}</nav>\n<main>\n{body}</main>\n{script}</body>\n</html>\n"
     )
 }
@@ -455,6 +459,7 @@ mod tests {
                 line("best", [0.0, 25.0, 50.0, 75.0, 100.0]),
                 line("mean", [0.0, 10.0, 20.0, f64::NAN, 40.0]),
             ],
+            Some(&[30, 50, 60, 65, 70]),
         );
         let spread = |mean| Spread {
             low: mean - 1.0,
@@ -495,7 +500,6 @@ mod tests {
             const x = (part) => left + part * (right - left);
             const read = () => (box.hidden ? 'hidden' : [...box.children].map((row) => row.textContent).join('; '));
             at(charts[0], 'pointermove', x(0.24), 100);
-            Some(&[30, 50, 60, 65, 70]),
             const values = read();
             at(charts[0], 'pointermove', x(0.75), 100);
             const gap = read();
@@ -517,6 +521,13 @@ mod tests {
             const isReset = points() === before;
             const plot = charts[1].querySelector('[data-plot]');
             for (const key of ['End', 'ArrowLeft']) plot.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+            const bandRead = read();
+            const axes = [...charts[0].querySelectorAll('.chart-axis')].reverse();
+            const toggles = axes.map((own) => `${own.textContent} ${own.getAttribute('aria-pressed')}`).join();
+            charts[2].querySelector('.chart-axis').dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+            at(charts[0], 'pointermove', x(0), 100);
+            at(charts[0], 'pointermove', x(50 / 70), 100);
+            const spent = read();
             const current = document.querySelector('nav [aria-current]').textContent;
             return { values, gap, without, pressed, isZoomed, zoomed, isReset, band: bandRead, toggles, spent, current };";
         let Some(told) = browser::told("charts", &html, ask) else {
@@ -531,17 +542,10 @@ mod tests {
             "zoomed": "generation 2; best: 50; mean: 20",
             "isReset": true,
             "band": "time 1; food: 6 (5 to 8)",
+            "toggles": "generation true,episodes spent false",
+            "spent": "episodes spent 50; best: 25; mean: 10",
             "current": "one",
         });
         assert_eq!(told, expected);
     }
 }
-            const bandRead = read();
-            const axes = [...charts[0].querySelectorAll('.chart-axis')].reverse();
-            const toggles = axes.map((own) => `${own.textContent} ${own.getAttribute('aria-pressed')}`).join();
-            charts[2].querySelector('.chart-axis').dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
-            at(charts[0], 'pointermove', x(0), 100);
-            at(charts[0], 'pointermove', x(50 / 70), 100);
-            const spent = read();
-            "toggles": "generation true,episodes spent false",
-            "spent": "episodes spent 50; best: 25; mean: 10",

@@ -24,7 +24,7 @@ text[data-series][aria-pressed=false] { opacity: .6; text-decoration: line-throu
 .chart-values { position: fixed; z-index: 9; pointer-events: none; padding: 6px 10px; border-radius: 8px;
   width: max-content; max-width: 90vw;
   font: 13px/1.4 system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif; font-variant-numeric: tabular-nums;
-  color: #26282e; background: #ffffff; border: 1px solid #c9ccd3; box-shadow: 0 2px 8px #0003; }
+  color: var(--ink); background: var(--paper); border: 1px solid var(--rule); box-shadow: 0 2px 8px #0003; }
 .chart-values i { display: inline-block; width: .72em; height: .72em; border-radius: 50%; margin-right: .5em; }
 @media print { .chart-values { display: none; } }`;
 
@@ -245,10 +245,11 @@ function plotOf(svg, group, keep, place) {
     for (const { name, colour, lines, bands } of visible()) {
       const y = lines.map((line) => heightAt(line, at)).find((height) => height !== undefined);
       if (y === undefined) continue;
-      marks.append(svgElement('circle', { cx: x, cy: y, r: 3.5, fill: colour, stroke: '#ffffff', 'stroke-width': 1.5 }));
+      const mark = svgElement('circle', { cx: x, cy: y, r: 3.5, fill: colour, stroke: '#ffffff', 'stroke-width': 1.5 });
+      marks.append(mark);
       const row = document.createElement('div');
       const dot = document.createElement('i');
-      dot.style.background = colour;
+      dot.style.background = getComputedStyle(mark).fill;
       let text = `${name}: ${words(valueUp(y), perPixel.y)}`;
       for (const { highs, lows } of bands) {
         const [low, high] = [heightAt(lows, at), heightAt(highs, at)];
@@ -319,7 +320,7 @@ function enliven(svg) {
       const [low, high] = [drag.from, at.x].sort((a, b) => a - b).map((x) => Math.min(plot.right, Math.max(plot.left, x)));
       plot.hide();
       const size = { x: low, y: plot.top, width: high - low, height: plot.bottom - plot.top };
-      plot.marks.append(svgElement('rect', { ...size, fill: '#2b3a8f', 'fill-opacity': 0.12 }));
+      plot.marks.append(svgElement('rect', { ...size, fill: 'currentColor', 'fill-opacity': 0.12 }));
       return;
     }
     const plot = under(at);

@@ -60,6 +60,13 @@ impl Svg {
         }
     }
 
+    /// Draws what keeps its colours in the dark scheme of a page: shades of a scale, and what is written on them.
+    pub fn kept(&mut self, draw: impl FnOnce(&mut Self)) {
+        self.raw("<g data-kept=\"\">");
+        draw(self);
+        self.raw("</g>");
+    }
+
     /// Draws a straight line.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), style: &str) {
         self.raw(&format!(
