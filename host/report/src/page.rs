@@ -445,6 +445,42 @@ mod tests {
         assert_eq!(figures(&document("t", "", &[])).count(), 0);
     }
 
+    /// What is hidden leaves its room to what is shown, as long as the reader does not zoom.
+    #[test]
+    fn short_lines_get_the_room_of_hidden_ones() {
+        let line = |label, count: u32| Series {
+            label,
+            values: (0..count).map(f64::from).collect(),
+        };
+        let curve = learning_curve("t", "fitness", &[line("long", 101), line("short", 3)], None);
+        let html = document("t", "", &[Section::new("one", "One", figure("Figure 1", "A.", &curve))]);
+        let ask = "
+            await new Promise((then) => setTimeout(then, 100));
+            const svg = document.querySelector('svg');
+            const box = document.querySelector('.chart-values');
+            const right = Number(svg.querySelector('[data-plot]').dataset.plot.split(' ')[1]);
+            const read = () => {
+                const place = new DOMPoint(right, 100).matrixTransform(svg.getScreenCTM());
+                svg.dispatchEvent(new PointerEvent('pointermove', { clientX: place.x, clientY: place.y, pointerType: 'mouse', bubbles: true }));
+                return box.textContent;
+            };
+            const toggle = () => svg.querySelector('text[data-series=long]').dispatchEvent(new MouseEvent('click', { bubbles: true }));
+            const all = read();
+            toggle();
+            const short = read();
+            toggle();
+            return { all, short, again: read() };";
+        let Some(told) = browser::told("room", &html, ask) else {
+            return;
+        };
+        let expected = serde_json::json!({
+            "all": "generation 100long: 100",
+            "short": "generation 2short: 2",
+            "again": "generation 100long: 100",
+        });
+        assert_eq!(told, expected);
+    }
+
     /// A pointer reads the values of visible lines and bands; names hide lines; a drag zooms, and Escape shows everything again.
     #[test]
     fn charts_answer_a_pointer_and_the_keyboard() {

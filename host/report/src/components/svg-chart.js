@@ -1,12 +1,13 @@
 // Makes the charts of `figures/plot.rs` answer: a pointer or the arrow keys read values, a click on a line's name hides
-// or shows it, a drag or a double click zooms, Escape shows the whole range again. Charts remain complete figures without it.
+// or shows it and gives its room to the others, a drag or a double click zooms, Escape shows the whole range again. Charts remain complete figures without it.
 // Where a chart has several axes across, a click on a name exchanges those of all charts of the page.
 // A page that replaces its charts calls `attach` again: hidden lines and zooms are kept by the figure's id or title.
 
 /**
  * @typedef {[number, number]} Pair
  * @typedef {{ name: string, colour: string, lines: Pair[][], bands: { highs: Pair[], lows: Pair[] }[] }} Series
- * @typedef {{ hidden: Set<string>, zooms: Map<number, Pair> }} Kept what a redrawn chart keeps
+ * @typedef {{ hidden: Set<string>, zooms: Map<number, Pair>, fits: boolean }} Kept what a redrawn chart keeps; `fits`: the range is that
+ *   of the shown lines
  * @typedef {{ reset: () => void, hide: () => void, choose: () => void, svg: SVGSVGElement }} Chart
  */
 
@@ -196,6 +197,13 @@ function plotOf(svg, group, keep, place) {
     zoomed.append(note);
   }
 
+  /** Shows the range of the visible lines. */
+  function fit() {
+    const xs = visible().flatMap((series) => series.lines.flat().map(([x]) => x));
+    const [low, high] = [Math.min(...xs), Math.max(...xs)];
+    zoom(xs.length && (low > left + 1 || high < right - 1) ? [low, high] : undefined);
+  }
+
   /** @param {Pair | undefined} stretch in the figure's pixels; none for all */
   function zoom(stretch) {
     shown = whole;
@@ -289,16 +297,17 @@ function plotOf(svg, group, keep, place) {
   });
   group.addEventListener('blur', hide);
   const before = keep.zooms.get(place);
-  if (before) zoom(before);
+  if (keep.fits) fit();
+  else if (before) zoom(before);
   const isShown = () => !group.closest('[display=none]');
-  return { left, right, top, bottom, marks, show, hide, zoom, original, isShown };
+  return { left, right, top, bottom, marks, show, hide, zoom, fit, original, isShown };
 }
 
 /** @param {SVGSVGElement} svg */
 function enliven(svg) {
   const id = svg.closest('[id]')?.id || svg.querySelector('title')?.textContent || '';
   /** @type {Kept} */
-  const keep = kept.get(id) || { hidden: new Set(), zooms: new Map() };
+  const keep = kept.get(id) || { hidden: new Set(), zooms: new Map(), fits: false };
   kept.set(id, keep);
   const groups = /** @type {SVGGElement[]} */ ([...svg.querySelectorAll('g[data-plot]')]);
   const plots = groups.map((group, place) => plotOf(svg, group, keep, place));
@@ -344,7 +353,9 @@ function enliven(svg) {
     drag = null;
     svg.style.userSelect = '';
     const to = place(event).x;
-    if (Math.abs(to - from) > DRAG) plot.zoom([plot.original(from), plot.original(to)]);
+    if (Math.abs(to - from) <= DRAG) return;
+    keep.fits = false;
+    plot.zoom([plot.original(from), plot.original(to)]);
   });
   svg.addEventListener('pointercancel', () => (drag = null));
   svg.addEventListener('dblclick', (event) => {
@@ -353,6 +364,7 @@ function enliven(svg) {
     if (!plot) return;
     const quarter = (plot.original(plot.right) - plot.original(plot.left)) / 4;
     const middle = plot.original(at.x);
+    keep.fits = false;
     plot.zoom([middle - quarter, middle + quarter]);
   });
   const hide = () => plots.forEach((plot) => plot.hide());
@@ -371,13 +383,18 @@ function enliven(svg) {
     press(name, () => {
       if (!keep.hidden.delete(colour)) keep.hidden.add(colour);
       draw();
-      hide();
+      keep.fits = true;
+      plots.forEach((plot) => plot.fit());
     });
   }
   draw();
+  const reset = () => {
+    keep.fits = false;
+    plots.forEach((plot) => plot.zoom(undefined));
+  };
   const choose = choices(svg, plots[0].right);
   choose();
-  charts.push({ svg, hide, choose, reset: () => plots.forEach((plot) => plot.zoom(undefined)) });
+  charts.push({ svg, hide, choose, reset });
 }
 
 /** Makes an element a button.
