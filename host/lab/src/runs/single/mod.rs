@@ -29,7 +29,6 @@ mod replay;
 mod report;
 mod rows;
 mod scene;
-mod taken;
 mod together;
 pub mod trace;
 mod transferred;
