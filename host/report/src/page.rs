@@ -462,7 +462,8 @@ mod tests {
             const read = () => {
                 const place = new DOMPoint(right, 100).matrixTransform(svg.getScreenCTM());
                 svg.dispatchEvent(new PointerEvent('pointermove', { clientX: place.x, clientY: place.y, pointerType: 'mouse', bubbles: true }));
-                return box.textContent;
+                const ends = svg.querySelectorAll('polyline')[1].getAttribute('points').split(' ').pop().split(',')[0];
+                return [box.textContent, Number(ends) === right];
             };
             const toggle = () => svg.querySelector('text[data-series=long]').dispatchEvent(new MouseEvent('click', { bubbles: true }));
             const all = read();
@@ -474,9 +475,9 @@ mod tests {
             return;
         };
         let expected = serde_json::json!({
-            "all": "generation 100long: 100",
-            "short": "generation 2short: 2",
-            "again": "generation 100long: 100",
+            "all": ["generation 100long: 100", false],
+            "short": ["generation 2short: 2", true],
+            "again": ["generation 100long: 100", false],
         });
         assert_eq!(told, expected);
     }
