@@ -11,7 +11,7 @@ use oneiro_base::exit::Result;
 
 use crate::bundle::bundle;
 use crate::figures::escaped;
-pub use scheme::rules as dark_rules;
+pub use scheme::dark_rules;
 
 /// The folder beside a page that has its figures as files.
 pub const FIGURES: &str = "figures";

@@ -13,18 +13,10 @@ use crate::sweeps::Cells;
 
 pub(crate) const PAGE: &str = include_str!("watch.html");
 
-/// The page's style. Charts that come later have the same colours as a first one.
+/// The page's style.
 pub(crate) fn style() -> String {
-    let colours = [
-        &COLOURS[..],
-        &[SOFT],
-        &OTHERS,
-        &["#ffffff", "#33363f", "#6b6e76", "#e4e5e8"],
-    ]
-    .concat();
-    let all: String = colours.iter().map(|colour| format!("fill=\"{colour}\" ")).collect();
-    let dark = dark_rules(&all).replace("svg [", "#curve svg [");
-    include_str!("watch.css").to_owned() + &dark
+    let colours = COLOURS.iter().chain(&OTHERS).chain([&SOFT]).copied();
+    include_str!("watch.css").to_owned() + &dark_rules("#curve ", colours)
 }
 
 /// The page's script.

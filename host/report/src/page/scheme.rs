@@ -35,9 +35,15 @@ fn colours(html: &str) -> BTreeSet<&str> {
 
 /// Rules for the colours of a page's figures, which its style needs in the dark scheme. What is in a group with `data-kept` keeps its
 /// colours: shades of a scale, and what is written on them.
-pub fn rules(html: &str) -> String {
+pub(super) fn rules(html: &str) -> String {
+    dark_rules("", colours(html))
+}
+
+/// The same for charts within an element that come later, whose lines have these colours.
+pub fn dark_rules<'a>(within: &str, colours: impl IntoIterator<Item = &'a str>) -> String {
+    let variables = VARIABLES.iter().map(|(colour, _)| *colour);
     let mut rules = String::new();
-    for colour in colours(html) {
+    for colour in colours.into_iter().chain(variables).collect::<BTreeSet<_>>() {
         let dark = match VARIABLES.iter().find(|(known, _)| *known == colour) {
             Some((_, name)) => format!("var(--{name})"),
             None => dark(colour),
@@ -46,7 +52,7 @@ pub fn rules(html: &str) -> String {
             // Writing to a string can't fail.
             let _ = writeln!(
                 rules,
-                "svg [{property}=\"{colour}\"]:not([data-kept] *) {{ {property}: {dark}; }}"
+                "{within}svg [{property}=\"{colour}\"]:not([data-kept] *) {{ {property}: {dark}; }}"
             );
         }
         let _ = writeln!(

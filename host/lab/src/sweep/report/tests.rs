@@ -744,21 +744,18 @@ fn curves_are_also_by_episodes_spent() {
                 let all = Curves::read(&tables, &Runs::read(&tables).unwrap()).unwrap();
                 (all, report(&tables).unwrap().html)
             };
-            let lines: Vec<(String, Vec<Vec<(f64, f64)>>)> = all
-                .iter()
-                .map(|own| {
-                    let line = |line: &curves::Line| line.iter().map(|(time, spread)| (*time, spread.mean)).collect();
-                    (own.across.clone(), own.groups[0].iter().map(line).collect())
-                })
-                .collect();
-            (lines, html)
+            (all, html)
         })
     };
-    let (lines, html) = read(false);
-    assert_eq!(lines[0].0, "generation");
-    assert_eq!(lines[0].1, [[(0.0, 3.0), (1.0, 1.0)], [(0.0, 4.0), (1.0, 8.0)]]);
-    assert_eq!(lines[1].0, "episodes spent");
-    let at = |group: usize, time: f64| lines[1].1[group].iter().find(|own| own.0 == time).unwrap().1;
+    let (all, html) = read(false);
+    assert_eq!([&*all[0].across, &*all[1].across], ["generation", "episodes spent"]);
+    let means = |line: &curves::Line| -> Vec<f64> { line.iter().map(|(_, spread)| spread.mean).collect() };
+    let groups: Vec<Vec<f64>> = all[0].groups[0].iter().map(means).collect();
+    assert_eq!(groups, [[3.0, 1.0], [4.0, 8.0]]);
+    let at = |group: usize, time: f64| {
+        let line = &all[1].groups[0][group];
+        line.iter().find(|own| own.0 == time).unwrap().1.mean
+    };
     // The best so far, from the end of the first generation to that of the budget.
     assert!(at(0, 50.0) == 3.0 && at(0, 100.0) == 3.0 && at(0, 101.0).is_nan());
     assert!(at(1, 99.0).is_nan() && at(1, 100.0) == 4.0 && at(1, 200.0) == 8.0);
