@@ -1,4 +1,4 @@
-// pages.mjs PAGE..: opens pages in Chromium and Firefox, see pages.sh. Says what is wrong, and ends with 1 then.
+// pages.mjs PAGE..: opens pages, files and those of a server, in Chromium and Firefox, see pages.sh. Says what is wrong, and ends with 1 then.
 import { existsSync, readFileSync, statSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { basename, dirname, resolve } from 'node:path';
@@ -40,13 +40,18 @@ async function measured(page) {
 for (const [browser, settings] of Object.entries(BROWSERS)) {
   const running = await puppeteer.launch({ browser, headless: true, ...settings });
   for (const path of pages) {
-    const name = `${basename(dirname(path))}-${basename(path, '.html')}`;
+    const isServed = path.startsWith('http:');
+    const name = isServed ? 'served' : `${basename(dirname(path))}-${basename(path, '.html')}`;
     const page = await running.newPage();
     const say = (problem) => wrong.push(`${browser} ${name}: ${problem}`);
     page.on('console', (message) => say(`console: ${message.text()}`));
     page.on('pageerror', (error) => say(`error: ${error.message}`));
-    await page.goto(`file://${resolve(path)}`);
-    if (browser === 'chrome') {
+    await page.goto(isServed ? path : `file://${resolve(path)}`);
+    if (isServed) {
+      await page.waitForSelector('#curve svg');
+      await page.waitForSelector('#fields input');
+      await page.evaluate(() => document.querySelectorAll('details').forEach((own) => own.setAttribute('open', '')));
+    } else if (browser === 'chrome') {
       const size = statSync(path).size;
       const isEpisode = await page.evaluate(() => document.getElementById('dock') !== null);
       const { first, frames } = await measured(page);
@@ -63,6 +68,8 @@ for (const [browser, settings] of Object.entries(BROWSERS)) {
         await page.setViewport({ width, height });
         await new Promise((then) => setTimeout(then, 300));
         const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+        const lowest = await page.evaluate(() => document.querySelector('#curve svg')?.getBoundingClientRect().bottom || 0);
+        if (isServed && width >= 1024 && lowest > height) say(`at ${width} x ${height} the curve ends at ${lowest}`);
         if (over > 0) say(`${over} pixels wider than ${width}`);
         await page.screenshot({ path: `pictures/${name}-${browser}-${scheme}-${width}.png` });
         if (browser !== 'chrome' || width === 1024) continue;
@@ -80,4 +87,4 @@ for (const [browser, settings] of Object.entries(BROWSERS)) {
 }
 wrong.forEach((problem) => console.log(problem));
 console.log(`${pages.length} pages, ${wrong.length} problems`);
-process.exit(wrong.length > 0 || pages.some((path) => !existsSync(path)) ? 1 : 0);
+process.exit(wrong.length > 0 || pages.some((path) => !path.startsWith('http:') && !existsSync(path)) ? 1 : 0);

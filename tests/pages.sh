@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # pages.sh [PROGRAM]: opens a page of each kind in Chromium and in Firefox, in both colour schemes and three widths, with tests/pages.mjs:
-# no message on the console, nothing wider than the window, no serious finding of axe; and how soon and how smoothly pages of episodes are
-# drawn. Pictures of all are in target/pages. Installs the browsers and what it needs from npm.
+# no message on the console, nothing wider than the window, no serious finding of axe; the curve of `oneiro watch --edit` in sight beside its
+# form; and how soon and how smoothly pages of episodes are drawn. Pictures of all are in target/pages. Installs the browsers and what it
+# needs from npm.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
@@ -50,4 +51,7 @@ say sweep run sweep.toml --out sweep
 say sweep report sweep
 say watch --snapshot watch.html
 cd ..
-find pages -name '*.html' | sort | xargs node pages.mjs
+"$program" watch --edit pages/first.toml pages/single pages/other --port 0 >served &
+trap 'kill $!' EXIT
+until grep -q token= served; do sleep 0.1; done
+find pages -name '*.html' | sort | xargs node pages.mjs "$(grep -o 'http://[^ ]*' served)"

@@ -628,6 +628,36 @@ fn an_episode_is_a_picture_and_a_film() {
     // A film of the same episode has the same bytes.
     place.good(&["replay", "run", "--film", "c.gif"]);
     assert_eq!(fs::read(place.at("c.gif")).unwrap(), film);
+    let last = number(picture.split_once("2 s of ").unwrap().1.split(' ').next().unwrap());
+    let after = (last + 0.1).to_string();
+    for (more, words) in [
+        (
+            &["--film", "none/a.gif"][..],
+            "--film none/a.gif: there is no folder none; allowed: a file in a folder that exists".to_owned(),
+        ),
+        (
+            &["--picture", "d.svg", "--at", &after],
+            format!("--at {after}: is after the end of the episode; allowed: 0 to {last}"),
+        ),
+        (
+            &["--picture", "d.svg", "--at", &after, "--generations", "0,1"],
+            format!("allowed: 0 to {last}"),
+        ),
+    ] {
+        place
+            .run(&[&["replay", "run", "--out", "refused"][..], more].concat())
+            .exits(3)
+            .says(&[&*words]);
+    }
+    assert!(!place.at("refused").exists() && !place.at("d.svg").exists());
+    place.good(&["replay", "run", "--picture", "d.svg", "--at", &last.to_string()]);
+    // By whichever path it is named twice.
+    for twice in ["run", "./run/", "run/../run"] {
+        place
+            .run(&["evaluate", "--genomes", "run", twice])
+            .exits(3)
+            .says(&[" is named twice; allowed: each file, run and sweep once"]);
+    }
 }
 
 /// The surrogate's episode is the recorded one, and the simulator's that of a run without reality.

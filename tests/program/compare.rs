@@ -39,7 +39,7 @@ impl Place {
     }
 
     /// The rows of a table, each by the names of its columns.
-    fn table_of(&self, path: &str) -> Vec<BTreeMap<String, String>> {
+    pub(crate) fn table_of(&self, path: &str) -> Vec<BTreeMap<String, String>> {
         let text = self.text(path);
         let mut rows = csv::Reader::from_reader(text.as_bytes());
         rows.deserialize().map(|row| row.unwrap()).collect()

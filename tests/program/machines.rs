@@ -1,6 +1,7 @@
 //! State machines, behaviour trees and races through the program: champions as texts, texts as genomes, records that are the same however a
 //! run went on, and refusals; the table of each robot of a swarm.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::place::Place;
@@ -27,6 +28,47 @@ const SHORT: [&str; 10] = [
 #[test]
 fn a_champion_is_a_text_that_lives_as_its_genes_do() {
     check_champion("state-machine", "--nstates ");
+}
+
+/// However it went on, a race says who survived, and its page shows that; a comparison draws its best where its episodes were spent.
+#[test]
+fn a_race_records_its_survivors() {
+    let place = Place::new("survivors");
+    let file = experiment();
+    for (confidence, out) in [("0.95", "race"), ("0.9", "other")] {
+        let confidence = format!("evolution.race.confidence={confidence}");
+        let one = ["run", &file, "--seed", "2", "--out", out, "--set", &confidence];
+        place.good(&[&one[..], &SHORT].concat());
+    }
+    let rounds = place.table_of("race/race.csv");
+    assert_eq!(rounds.len(), place.table_of("race/generations.csv").len());
+    let number = |round: &BTreeMap<String, String>, name: &str| round[name].parse::<u64>().unwrap();
+    let mut spent = 0;
+    for (generation, round) in (0..).zip(&rounds) {
+        spent += number(round, "candidates");
+        assert_eq!(
+            (number(round, "generation"), number(round, "episodes")),
+            (generation, spent)
+        );
+    }
+    assert!((300..=400).contains(&spent), "{spent}");
+    let page = place.text("race/report.html");
+    let last = number(rounds.last().unwrap(), "race");
+    assert!(last > 1 && page.contains(&format!("<td class=\"number\">{last}</td>")) && page.contains("id=\"races\""));
+    assert!(page.contains(&place.text("race/race.svg")));
+    // Episodes of the last generation end the curve.
+    let ends = format!("data-across=\"0 {spent}\"");
+    assert_eq!(page.matches(&ends).count(), 2, "{ends}");
+
+    place.good(&["compare", "race", "other", "--recorded", "--out", "compared"]);
+    let curves = place.table_of("compared/curves.csv");
+    let first = number(&rounds[0], "episodes");
+    assert!(
+        number(&curves[0], "episodes") >= first && number(&curves[0], "episodes") < first + 3,
+        "{:?}",
+        curves[0]
+    );
+    assert!(!place.text("compared/compare.html").contains("as if these were equal"));
 }
 
 #[test]

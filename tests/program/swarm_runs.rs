@@ -66,6 +66,19 @@ fn each_case_is_an_experiment() {
     assert!(place.read("over/intervals.csv") != place.read("other/intervals.csv"));
     place.good(&["replay", "over", "--backend", "cpu"]);
     assert!(place.text("over/replay.html").contains("<canvas"));
+    // The picture and the film are of the same replay.
+    let taken = ["--picture", "at.svg", "--at", "30", "--film", "a.gif", "--speed", "60"];
+    let answer = place.answer(&[&["replay", "over", "--backend", "cpu", "--json"], &taken[..]].concat());
+    assert_eq!([&answer["picture"], &answer["film"]], ["at.svg", "a.gif"]);
+    assert!(place.text("at.svg").contains(">30 s of ") && place.text("at.svg").contains("lamp</title>"));
+    let food = answer["brought"].as_u64().unwrap();
+    place.good(&["replay", "over", "--backend", "cpu", "--picture", "end.svg"]);
+    assert!(place.text("end.svg").contains(&format!(", food {food}</text>")));
+    assert_eq!(&place.read("a.gif")[..6], b"GIF89a");
+    place
+        .run(&["replay", "over", "--picture", "b.svg", "--at", "100000"])
+        .exits(3)
+        .says(&["--at 100000: is after the end of the episode; allowed: 0 to "]);
 }
 
 #[test]

@@ -435,6 +435,23 @@ fn the_page_changes_values_only_with_its_secret() {
     wait_for(|| place.at("runs/small-7/DONE").exists());
     assert!(place.text("runs/small-7/config.toml").contains("generations = 5"));
     assert_eq!(place.text("small.toml"), EXPERIMENT, "the file stays as it is");
+    // A run's values of the form's keys, and only where there is a form. What differs from the oldest run has a name.
+    place.evolved("small.toml", "8", "runs/other", &["--set", "noise.motor=0.3"]);
+    let all = served.event(|event| event["sources"].as_array().unwrap().len() == 2);
+    let [newer, older] = [&all["sources"][0], &all["sources"][1]];
+    let label = newer["label"].as_str().unwrap();
+    assert!(
+        label.contains("noise.motor 0.3") && older["label"] == "as first",
+        "{all}"
+    );
+    let path = format!("/values/{}", newer["id"].as_str().unwrap());
+    let values: Value = serde_json::from_str(&served.get(&path).1).unwrap();
+    assert_eq!([&values["noise.motor"], &values["seed"]], ["0.3", "8"]);
+    assert!(
+        values.get("name").is_none() && keys.iter().all(|key| values.get(key).is_some()),
+        "{values}"
+    );
+    assert_eq!(Served::start(&place, &[]).get(&path).0, 404);
 }
 
 #[test]

@@ -27,7 +27,7 @@ mod grid;
 pub mod map_elites;
 mod novelty;
 mod open_es;
-mod race;
+pub mod race;
 pub mod random;
 mod random_search;
 mod registry;
@@ -49,6 +49,7 @@ use serde::{Deserialize, Serialize};
 
 use coevolution::Coevolution;
 use map_elites::Archive;
+use race::Round;
 use registry::{Beginning, Entry, Table, optimisers};
 use settings::Settings;
 
@@ -191,6 +192,11 @@ pub trait Optimizer: Debug + Send + Sync {
 
     /// The two populations of one that has them.
     fn coevolution(&self) -> Option<&Coevolution> {
+        None
+    }
+
+    /// What the last generation was for the candidates of a race.
+    fn round(&self) -> Option<Round> {
         None
     }
 

@@ -134,6 +134,17 @@ fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
     Ok(())
 }
 
+/// A generation for the candidates of a race.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Round {
+    /// The race's number, from 1.
+    pub race: u32,
+    /// Candidates that were evaluated.
+    pub candidates: u32,
+    /// Those that are left: after the last generation of a race, those around which the next one samples.
+    pub survivors: u32,
+}
+
 /// The race at one generation.
 #[derive(Clone, Debug)]
 struct Race {
@@ -147,6 +158,7 @@ struct Race {
     model: Model,
     state: RaceState,
     population: Population,
+    round: Option<Round>,
 }
 
 /// A survivor of the last race that ended, and where it lived last.
@@ -198,6 +210,7 @@ impl Race {
                 is_over: false,
             },
             population: Population::new(genes.len(), Vec::new()),
+            round: None,
         };
         race.begin();
         race.populate();
@@ -282,6 +295,11 @@ impl Race {
         if is_over {
             state.elites = elites(state, fitness, &kept, few);
         }
+        self.round = Some(Round {
+            race: state.iteration,
+            candidates: fitness.len() as u32,
+            survivors: if is_over { state.elites.len() } else { alive } as u32,
+        });
         let mut is_kept = kept.iter().copied();
         state.candidates.retain(|_| is_kept.next().unwrap_or(true));
         for places in &mut state.places {
@@ -361,6 +379,10 @@ impl Optimizer for Race {
 
     fn ask(&self) -> &Population {
         &self.population
+    }
+
+    fn round(&self) -> Option<Round> {
+        self.round
     }
 
     fn is_over(&self) -> bool {

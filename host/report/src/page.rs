@@ -1,6 +1,8 @@
 //! Just enough HTML: a document, sections, figures and tables. Arguments named text are escaped here; those named HTML
 //! were escaped where they were made.
 
+mod scheme;
+
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +11,7 @@ use oneiro_base::exit::Result;
 
 use crate::bundle::bundle;
 use crate::figures::escaped;
+pub use scheme::dark_rules;
 
 /// The folder beside a page that has its figures as files.
 pub const FIGURES: &str = "figures";
@@ -40,6 +43,7 @@ impl Section {
 /// The whole file: the title, the lead below it as HTML, and the sections with links to them.
 pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let title = escaped(title);
+    let dark = scheme::rules(&sections.iter().map(|own| own.body.as_str()).collect::<String>());
     let links = joined(sections, |section| {
         format!("<a href=\"#{}\">{}</a>\n", section.id, escaped(&section.title))
     });
@@ -54,7 +58,7 @@ pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{lead}\
+         <title>{title}</title>\n<style>\n{STYLE}{dark}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{lead}\
          </header>\n<nav>\n{links}</nav>\n<main>\n{body}</main>\n{script}</body>\n</html>\n"
     )
 }
@@ -430,7 +434,7 @@ mod tests {
             label: "a < b",
             values: vec![1.0, 2.0],
         };
-        let svg = learning_curve("t", "fitness", &[line]);
+        let svg = learning_curve("t", "fitness", &[line], None);
         let body =
             figure("Figure 1", "A <figure id=\"x\">.", &svg) + &paragraph("between") + &figure("Pair 2, n", "B.", &svg);
         let html = document("t", "", &[Section::new("all", "All", body)]);
@@ -439,6 +443,43 @@ mod tests {
         assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=") && svg.contains("font-family="));
         assert!(!svg.contains("class=") && svg.ends_with("</svg>\n"));
         assert_eq!(figures(&document("t", "", &[])).count(), 0);
+    }
+
+    /// What is hidden leaves its room to what is shown, as long as the reader does not zoom.
+    #[test]
+    fn short_lines_get_the_room_of_hidden_ones() {
+        let line = |label, count: u32| Series {
+            label,
+            values: (0..count).map(f64::from).collect(),
+        };
+        let curve = learning_curve("t", "fitness", &[line("long", 101), line("short", 3)], None);
+        let html = document("t", "", &[Section::new("one", "One", figure("Figure 1", "A.", &curve))]);
+        let ask = "
+            await new Promise((then) => setTimeout(then, 100));
+            const svg = document.querySelector('svg');
+            const box = document.querySelector('.chart-values');
+            const right = Number(svg.querySelector('[data-plot]').dataset.plot.split(' ')[1]);
+            const read = () => {
+                const place = new DOMPoint(right, 100).matrixTransform(svg.getScreenCTM());
+                svg.dispatchEvent(new PointerEvent('pointermove', { clientX: place.x, clientY: place.y, pointerType: 'mouse', bubbles: true }));
+                const ends = svg.querySelectorAll('polyline')[1].getAttribute('points').split(' ').pop().split(',')[0];
+                return [box.textContent, Number(ends) === right];
+            };
+            const toggle = () => svg.querySelector('text[data-series=long]').dispatchEvent(new MouseEvent('click', { bubbles: true }));
+            const all = read();
+            toggle();
+            const short = read();
+            toggle();
+            return { all, short, again: read() };";
+        let Some(told) = browser::told("room", &html, ask) else {
+            return;
+        };
+        let expected = serde_json::json!({
+            "all": ["generation 100long: 100", false],
+            "short": ["generation 2short: 2", true],
+            "again": ["generation 100long: 100", false],
+        });
+        assert_eq!(told, expected);
     }
 
     /// A pointer reads the values of visible lines and bands; names hide lines; a drag zooms, and Escape shows everything again.
@@ -455,6 +496,7 @@ mod tests {
                 line("best", [0.0, 25.0, 50.0, 75.0, 100.0]),
                 line("mean", [0.0, 10.0, 20.0, f64::NAN, 40.0]),
             ],
+            Some(&[30, 50, 60, 65, 70]),
         );
         let spread = |mean| Spread {
             low: mean - 1.0,
@@ -516,8 +558,15 @@ mod tests {
             const isReset = points() === before;
             const plot = charts[1].querySelector('[data-plot]');
             for (const key of ['End', 'ArrowLeft']) plot.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+            const bandRead = read();
+            const axes = [...charts[0].querySelectorAll('.chart-axis')].reverse();
+            const toggles = axes.map((own) => `${own.textContent} ${own.getAttribute('aria-pressed')}`).join();
+            charts[2].querySelector('.chart-axis').dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+            at(charts[0], 'pointermove', x(0), 100);
+            at(charts[0], 'pointermove', x(50 / 70), 100);
+            const spent = read();
             const current = document.querySelector('nav [aria-current]').textContent;
-            return { values, gap, without, pressed, isZoomed, zoomed, isReset, band: read(), current };";
+            return { values, gap, without, pressed, isZoomed, zoomed, isReset, band: bandRead, toggles, spent, current };";
         let Some(told) = browser::told("charts", &html, ask) else {
             return;
         };
@@ -530,6 +579,8 @@ mod tests {
             "zoomed": "generation 2; best: 50; mean: 20",
             "isReset": true,
             "band": "time 1; food: 6 (5 to 8)",
+            "toggles": "generation true,episodes spent false",
+            "spent": "episodes spent 50; best: 25; mean: 10",
             "current": "one",
         });
         assert_eq!(told, expected);

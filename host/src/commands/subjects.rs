@@ -52,7 +52,7 @@ impl Named {
     /// their numbers.
     ///
     /// # Errors
-    /// Exit 3: a directory without a run, a sweep that has no tables yet, or something with swarms.
+    /// Exit 3: a directory without a run, a sweep that has no tables yet, something with swarms, or something that is named twice.
     pub(super) fn all(paths: &[PathBuf], console: Console) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         for path in paths {
@@ -69,7 +69,24 @@ impl Named {
                 all.push(Self::File(path));
             }
         }
+        let mut known = BTreeSet::new();
+        for path in all.iter().map(Self::path) {
+            if !known.insert(path.canonicalize().unwrap_or_else(|_| path.to_owned())) {
+                return Err(Failure::input(format_args!(
+                    "--genomes: {} is named twice; allowed: each file, run and sweep once",
+                    path.display()
+                )));
+            }
+        }
         Ok(all)
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            Self::File(path) => path,
+            Self::Run(run) => run.directory(),
+            Self::Sweep(champions) => champions.path(),
+        }
     }
 }
 

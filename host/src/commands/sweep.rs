@@ -633,19 +633,13 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(An
         .map(|column| column.name.to_string())
         .collect();
     let factors: Vec<String> = sweep.file().axes.iter().flat_map(Axis::factors).cloned().collect();
-    // Generations of several optimisers are different things.
-    let spent: Option<Vec<u64>> = factors
-        .iter()
-        .any(|key| key == OPTIMISER)
-        .then(|| {
-            let runs = 0..sweep.runs() as RunIndex;
-            runs.map(|run| plan.spent[sweep.cell_of(run)]).collect::<Option<_>>()
-        })
-        .flatten();
-    let (time, value) = match &spent {
-        Some(_) => ((time.0, "episodes spent"), ("best", "best score so far")),
-        None => (time, value),
-    };
+    let runs = 0..sweep.runs() as RunIndex;
+    let spent: Option<Vec<u64>> = runs.map(|run| plan.spent[sweep.cell_of(run)]).collect();
+    let spent = spent.as_deref().map(|ends| report::Spent {
+        ends,
+        // Generations of several optimisers are different things.
+        is_first: factors.iter().any(|key| key == OPTIMISER),
+    });
     let page = report::report(&report::Tables {
         title: &store.what().name,
         results: &readable.table(contents::RESULTS),
@@ -657,7 +651,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(An
         unfinished,
         time,
         value,
-        spent: spent.as_deref(),
+        spent,
     })?;
     let mut files = write_page(out, report::PAGE, &page.html)?;
     for (name, text) in [(report::CELLS, &page.cells_csv), (report::EFFECTS, &page.effects_csv)] {

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_lab::experiment::{GREATEST_SEED, reference};
+use oneiro_lab::record::SavedRun;
 use oneiro_lab::runs;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
@@ -104,6 +105,15 @@ impl Editor {
             Ok(fields) => json!({ "fields": fields.iter().map(field).collect::<Vec<_>>() }),
             Err(failure) => json!({ "problem": failure.to_string() }),
         }
+    }
+
+    /// A run's values of the form's keys, and its seed.
+    pub(crate) fn values(&self, run: &SavedRun) -> Json {
+        let resolved: toml::Table = run.experiment().resolved_toml(run.seed()).parse().unwrap_or_default();
+        let value = |field: &Field| Some((field.key.to_owned(), found(&resolved, field.key)?.to_string().into()));
+        let mut values: serde_json::Map<String, Json> = self.fields().iter().flatten().filter_map(value).collect();
+        values.insert("seed".to_owned(), run.seed().to_string().into());
+        values.into()
     }
 
     /// Starts a run with these values.

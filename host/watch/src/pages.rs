@@ -4,6 +4,7 @@ use oneiro_base::console::counted;
 use oneiro_report::bundle::bundle;
 use oneiro_report::figures::{Band, Panel, escaped, panel};
 use oneiro_report::numbers::Spread;
+use oneiro_report::page::dark_rules;
 use oneiro_statistics::quantile;
 use serde_json::json;
 
@@ -11,7 +12,12 @@ use crate::sources::{Run, Source, Sources};
 use crate::sweeps::Cells;
 
 pub(crate) const PAGE: &str = include_str!("watch.html");
-pub(crate) const STYLE: &str = include_str!("watch.css");
+
+/// The page's style.
+pub(crate) fn style() -> String {
+    let colours = COLOURS.iter().chain(&OTHERS).chain([&SOFT]).copied();
+    include_str!("watch.css").to_owned() + &dark_rules("#curve ", colours)
+}
 
 /// The page's script.
 pub(crate) fn script() -> String {
@@ -177,7 +183,7 @@ pub(crate) fn tables(sources: &Sources) -> String {
 
 /// The page as a file.
 pub(crate) fn snapshot(curve: &str, episode: Option<&(String, String)>, tables: &str) -> String {
-    let style = format!("<style>\n{STYLE}</style>");
+    let style = format!("<style>\n{}</style>", style());
     let curve = match curve {
         "" => String::new(),
         svg => format!("<figure id=\"curve\">{svg}</figure>\n"),

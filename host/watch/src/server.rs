@@ -14,7 +14,7 @@ use oneiro_report::figures::foragers_script;
 use sha2::{Digest, Sha256};
 
 use crate::edit::Editor;
-use crate::pages::{self, FILES, PAGE, STYLE};
+use crate::pages::{self, FILES, PAGE};
 use crate::request::{Door, HEAD, Request, is_secret};
 use crate::scenes::Scenes;
 use crate::sources::{FLEET, Kind, LIVE_PAGE, LIVE_SCRIPT, Sources};
@@ -205,11 +205,17 @@ impl Shared {
         match parts[..] {
             [""] => Answer::new("text/html; charset=utf-8", PAGE),
             ["watch.js"] => Answer::new("text/javascript; charset=utf-8", pages::script()),
-            ["watch.css"] => Answer::new("text/css; charset=utf-8", STYLE),
+            ["watch.css"] => Answer::new("text/css; charset=utf-8", pages::style()),
             ["edit"] => {
                 let form = self.editor.as_ref().map(Editor::form);
                 Answer::new("application/json", serde_json::json!(form).to_string())
             }
+            ["values", id] => self.of_source(id, |_, source| match (&self.editor, &source.kind) {
+                (Some(editor), Kind::Run(run)) => {
+                    Some(Answer::new("application/json", editor.values(&run.saved).to_string()))
+                }
+                _ => None,
+            }),
             ["curve", id] => self.of_source(id, |sources, source| match &source.kind {
                 Kind::Run(run) => Some(Answer::new(
                     "image/svg+xml",

@@ -143,7 +143,7 @@ impl Run {
         self.was_running |= state == State::Running;
     }
 
-    fn summary(&self) -> Json {
+    fn summary(&self, label: Option<&str>) -> Json {
         let state = match self.state {
             State::Done => "done",
             State::Running => "running",
@@ -153,6 +153,7 @@ impl Run {
         json!({
             "name": self.saved.experiment().name(),
             "seed": self.saved.seed().to_string(),
+            "label": label,
             "state": state,
             "steps": self.curve.steps().min(self.saved.experiment().length()),
             "length": self.saved.experiment().length(),
@@ -170,6 +171,8 @@ pub(crate) struct Sources {
     /// Directories in the order in which they are shown, the newest first, and the number of others.
     shown: Vec<PathBuf>,
     more: usize,
+    /// By the group of a run: the group of the oldest of the same name, and what differs from it, in words.
+    labels: BTreeMap<String, (String, String)>,
 }
 
 impl Sources {
@@ -180,6 +183,7 @@ impl Sources {
             all: BTreeMap::new(),
             shown: Vec::new(),
             more: 0,
+            labels: BTreeMap::new(),
         }
     }
 
@@ -206,6 +210,41 @@ impl Sources {
             let source = self.all.entry(path.clone()).or_insert_with(|| Source::open(path));
             source.look();
         }
+        self.label();
+    }
+
+    /// Names what differs between runs of the same name.
+    fn label(&mut self) {
+        // By name, the oldest run, and whether others have other settings.
+        let mut names: BTreeMap<&str, (&Run, bool)> = BTreeMap::new();
+        for run in self.runs().rev() {
+            let (oldest, differs) = names.entry(run.saved.experiment().name()).or_insert((run, false));
+            *differs |= run.group != oldest.group;
+        }
+        let mut labels = BTreeMap::new();
+        for run in self.runs() {
+            let (oldest, differs) = names[run.saved.experiment().name()];
+            if differs && !labels.contains_key(&run.group) {
+                let known = self.labels.get(&run.group).filter(|(of, _)| *of == oldest.group);
+                let text = known.map_or_else(|| label(oldest, run), |(_, text)| text.clone());
+                labels.insert(run.group.clone(), (oldest.group.clone(), text));
+            }
+        }
+        self.labels = labels;
+    }
+
+    /// All runs, the newest first.
+    fn runs(&self) -> impl DoubleEndedIterator<Item = &Run> {
+        let all = self.shown.iter().filter_map(|path| self.all.get(path));
+        all.filter_map(|source| match &source.kind {
+            Kind::Run(run) => Some(&**run),
+            _ => None,
+        })
+    }
+
+    /// What differs in a run from the oldest one of the same name; none where all have the same settings.
+    fn label_of(&self, run: &Run) -> Option<&str> {
+        self.labels.get(&run.group).map(|(_, text)| text.as_str())
     }
 
     pub(crate) fn find(&self, id: &str) -> Option<&Source> {
@@ -259,30 +298,13 @@ impl Sources {
     pub(crate) fn groups(&self, own: &Run) -> Vec<(String, Vec<&Run>)> {
         let name = own.saved.experiment().name();
         let mut firsts: Vec<&Run> = Vec::new();
-        for path in &self.shown {
-            let Some(Source {
-                kind: Kind::Run(run), ..
-            }) = self.all.get(path)
-            else {
-                continue;
-            };
+        for run in self.runs() {
             let is_new = firsts.iter().all(|first| first.group != run.group);
             if is_new && run.saved.experiment().name() == name {
                 firsts.push(run);
             }
         }
-        let text = |run: &Run| run.saved.experiment().resolved_toml(0);
-        let oldest = firsts.last().map(|run| text(run)).unwrap_or_default();
-        let label = |run: &Run| {
-            let all = Difference::of_runs(&oldest, &text(run));
-            let words = all.iter().map(|own| format!("{} {}", own.key, own.values[1]));
-            let words: Vec<String> = words.take(DIFFERENCES).collect();
-            match all.len() {
-                0 => "as first".to_owned(),
-                count if count > DIFFERENCES => format!("{}, ..", words.join(", ")),
-                _ => words.join(", "),
-            }
-        };
+        let label = |run: &Run| self.label_of(run).unwrap_or("as first").to_owned();
         firsts.sort_by_key(|run| run.group != own.group);
         firsts
             .into_iter()
@@ -295,7 +317,7 @@ impl Sources {
         let entry = |path: &PathBuf| {
             let source = self.all.get(path)?;
             let (kind, mut own) = match &source.kind {
-                Kind::Run(run) => ("run", run.summary()),
+                Kind::Run(run) => ("run", run.summary(self.label_of(run))),
                 Kind::Sweep(cells) => ("sweep", cells.summary()),
                 Kind::Fleet => ("fleet", json!({})),
                 Kind::Unreadable(problem, _) => ("unreadable", json!({ "problem": problem })),
@@ -307,6 +329,19 @@ impl Sources {
         };
         let all: Vec<Json> = self.shown.iter().filter_map(entry).collect();
         json!({ "sources": all, "more": self.more })
+    }
+}
+
+/// What differs in a run from another, in words.
+fn label(oldest: &Run, run: &Run) -> String {
+    let [oldest, own] = [oldest, run].map(|run| run.saved.experiment().resolved_toml(0));
+    let all = Difference::of_runs(&oldest, &own);
+    let words = all.iter().map(|own| format!("{} {}", own.key, own.values[1]));
+    let words: Vec<String> = words.take(DIFFERENCES).collect();
+    match all.len() {
+        0 => "as first".to_owned(),
+        count if count > DIFFERENCES => format!("{}, ..", words.join(", ")),
+        _ => words.join(", "),
     }
 }
 

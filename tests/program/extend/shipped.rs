@@ -184,8 +184,19 @@ fn a_picture_of_a_run_is_a_file_and_its_lines_in_the_list() {
          [[evolution.descriptors]]\nmeasure = \"end_x_mm\"\nleast = 0.0\ngreatest = 1000.0\n\
          [[evolution.descriptors]]\nmeasure = \"end_y_mm\"\nleast = 0.0\ngreatest = 1000.0\n",
     );
-    place.good(&[&["run", "elites.toml", "--seed", "1", "--out", "run"], &CPU[..]].concat());
-    let contents = fs::read_to_string(place.at("run/README.md")).unwrap();
+    place.write(
+        "race.toml",
+        "cycles = 40\n[evolution]\nkind = \"race\"\nfinalists = 2\nfinalist_lives = 2\nrace.lives = 300\n",
+    );
+    for kind in ["elites", "race"] {
+        place.good(
+            &[
+                &["run", &format!("{kind}.toml"), "--seed", "1", "--out", kind],
+                &CPU[..],
+            ]
+            .concat(),
+        );
+    }
     let modules = list(&text, "const PICTURES: &[Picture] = &[", "];").concat();
     for module in modules
         .split(',')
@@ -193,12 +204,9 @@ fn a_picture_of_a_run_is_a_file_and_its_lines_in_the_list() {
     {
         let file = room(folder, &text, module);
         let name = list(&file, "name: \"", "\",").concat();
-        assert!(
-            fs::read_to_string(place.at(format!("run/{name}")))
-                .unwrap()
-                .starts_with("<svg"),
-            "{name}"
-        );
+        let kind = if module.ends_with("race") { "race" } else { "elites" };
+        assert!(place.text(format!("{kind}/{name}")).starts_with("<svg"), "{name}");
+        let contents = place.text(format!("{kind}/README.md"));
         assert!(contents.contains(&format!("`{name}`")), "{name}: {contents}");
     }
     assert_eq!(sources(&["archive.svg"]), [folder.join("archive.rs")]);

@@ -106,6 +106,32 @@ fn candidates_drop_out_after_the_first_test_and_are_asked_as_they_were() {
     }
 }
 
+/// Rounds say who drops out: the next generation of the same race has the survivors, and the last leaves a few.
+#[test]
+fn rounds_count_candidates_and_survivors() {
+    let mut race = race(4000, 3);
+    assert_eq!(race.round(), None);
+    let mut rounds: Vec<Round> = Vec::new();
+    while !race.is_over() {
+        let candidates = race.ask().len() as u32;
+        let scores = scores(&race, 0.5);
+        race.tell(scores, &[]).unwrap();
+        let round = race.round().unwrap();
+        assert_eq!(round.candidates, candidates);
+        rounds.push(round);
+    }
+    let races: Vec<&[Round]> = rounds.chunk_by(|a, b| a.race == b.race).collect();
+    assert!(races.iter().map(|own| own[0].race).eq(1..=races.len() as u32) && races.len() >= 4);
+    for own in races {
+        assert!(own.windows(2).all(|pair| pair[0].survivors == pair[1].candidates));
+        let last = own[own.len() - 1];
+        assert!(
+            (1..=few(4) as u32).contains(&last.survivors) && last.survivors < own[0].candidates,
+            "{last:?}"
+        );
+    }
+}
+
 /// New candidates come closer to the survivors from race to race.
 #[test]
 fn the_spread_shrinks() {

@@ -173,6 +173,30 @@ mod tests {
             };
             let html = page::page("a & b", &calibration, "[noise]\nmotor = 0.1\n");
             assert_eq!(unbalanced(&html), None);
+            // A sensor's panel has the line on which readings are as predicted, from corner to corner.
+            let lines: Vec<&str> = html
+                .lines()
+                .filter(|line| line.contains("stroke-dasharray=\"4 4\" data-series=\"equal\""))
+                .collect();
+            assert_eq!(lines.len(), 2);
+            let points: Vec<f64> = lines[0]
+                .split('"')
+                .nth(1)
+                .unwrap()
+                .split([' ', ','])
+                .map(|x| x.parse().unwrap())
+                .collect();
+            let plot: Vec<f64> = html
+                .split("data-plot=\"")
+                .nth(1)
+                .unwrap()
+                .split('"')
+                .next()
+                .unwrap()
+                .split(' ')
+                .map(|x| x.parse().unwrap())
+                .collect();
+            assert_eq!([points[0], points[2], points[3], points[1]], plot[..]);
             assert_eq!(outside(&html), None);
             assert!(html.contains("a &amp; b") && html.contains("&lt;right&gt;") && !html.contains("NaN"));
         }

@@ -14,6 +14,9 @@ const BINS: usize = 10;
 /// Panels of the figure side by side.
 const ABREAST: usize = 4;
 const COLOUR: &str = "#2b3a8f";
+/// Colour and dashes of the line of readings that are as predicted.
+const SOFT: &str = "#6b6e76";
+const EQUAL: &str = "4 4";
 
 /// The page as HTML. `settings` is the text of [`Calibration::settings`].
 pub fn page(name: &str, calibration: &Calibration, settings: &str) -> String {
@@ -134,12 +137,32 @@ fn panels(sensors: &[SensorErrors]) -> String {
             title: &sensor.name,
             across: "predicted",
             up: "read",
-            bands: vec![Band {
-                label: "",
-                colour: COLOUR,
-                dash: "",
-                values: panel(sensor),
-            }],
+            key: &[(EQUAL, "equal")],
+            bands: vec![
+                Band {
+                    label: "",
+                    colour: SOFT,
+                    dash: EQUAL,
+                    values: [0.0, 1.0]
+                        .map(|value| {
+                            (
+                                value,
+                                Spread {
+                                    low: value,
+                                    mean: value,
+                                    high: value,
+                                },
+                            )
+                        })
+                        .into(),
+                },
+                Band {
+                    label: "",
+                    colour: COLOUR,
+                    dash: "",
+                    values: panel(sensor),
+                },
+            ],
             ..Panel::default()
         })
         .collect();

@@ -25,7 +25,7 @@ use serde_json::Value;
 use crate::experiment::{Difference, SCORE_NAME};
 use crate::lives::{Keys, Lives};
 use crate::sweep::report::conditions::{self, CONDITION};
-use crate::sweep::report::curves::{best_at, shared_times};
+use crate::sweep::report::curves::{best_at, in_equal_parts, shared_times};
 use crate::sweep::report::{Compared, Tables};
 use sources::Condition;
 
@@ -372,10 +372,14 @@ pub fn write(
     disk::write(&runs, table_of_runs(conditions, plan, appraisals).as_bytes())?;
     disk::write(&curves, table_of_curves(conditions).as_bytes())?;
     let names: Vec<&str> = conditions.iter().map(|own| own.name.as_str()).collect();
-    let is_race = |own: &Condition| own.experiment.settings().evolution.kind == Kind::Race;
-    let caption = if conditions.iter().any(is_race) {
+    let is_unknown = |own: &Condition| {
+        let is_race = own.experiment.settings().evolution.kind == Kind::Race;
+        is_race && own.runs.iter().any(|run| run.spent.is_none())
+    };
+    let caption = if conditions.iter().any(is_unknown) {
         "The left panel shows scores that selection saw: the best of each generation is too high by luck, more so with fewer episodes an \
-         individual. A race\u{2019}s generations have different numbers of episodes; they are drawn as if these were equal."
+         individual. A race\u{2019}s generations have different numbers of episodes, which sweeps do not record: they are drawn as if these \
+         were equal."
     } else {
         "The left panel shows scores that selection saw: the best of each generation is too high by luck, more so with fewer episodes an \
          individual."
@@ -460,7 +464,9 @@ fn table_of_curves(conditions: &[Condition]) -> String {
     for condition in conditions {
         let end = condition.experiment.episodes().generations;
         for run in &condition.runs {
-            for (time, best) in best_at(&run.best, end, &times) {
+            let equal = || in_equal_parts(end, run.best.len());
+            let spent = run.spent.clone().unwrap_or_else(equal);
+            for (time, best) in best_at(&run.best, &spent, end, &times) {
                 table.row([number.to_string(), time.to_string(), known(best)]);
             }
             number += 1;

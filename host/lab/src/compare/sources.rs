@@ -11,7 +11,7 @@ use crate::experiment::Experiment;
 use crate::experiment::source::Setting;
 use crate::record::SavedRun;
 use crate::runs::CHAMPION_MEAN;
-use crate::runs::single::{best_by_generation, champion};
+use crate::runs::single::{best_by_generation, champion, race};
 use crate::sweep::file::Axis;
 use crate::sweep::report::table::Table;
 use crate::sweep::store::Store;
@@ -47,6 +47,8 @@ pub struct Run {
     pub(super) fitness: f64,
     /// The best score of each generation.
     pub(super) best: Vec<f64>,
+    /// Episodes spent after each generation, if it is a race that recorded them.
+    pub(super) spent: Option<Vec<u64>>,
     pub(super) result: String,
 }
 
@@ -92,6 +94,7 @@ impl Sources {
             fitness: number("luckiest").unwrap_or(champion.fitness.into()),
             champion: champion.genome,
             best: best_by_generation(directory)?,
+            spent: race::recorded(directory)?,
             result: done,
         };
         let key = run.experiment().identities().of(0);
@@ -278,6 +281,7 @@ fn results(readable: &Readable, plan: &Plan, sweep: &Sweep, place: &str) -> Resu
             mean: has_finalists.then(|| table.number(mean)).transpose()?,
             fitness: table.number(fitness)?,
             best: Vec::new(),
+            spent: None,
             result: table.cell(result).to_owned(),
         };
         runs.insert(run, own);

@@ -5,11 +5,13 @@
 //! |---|---|
 //! | [`single`] | evolutions of single robots |
 //! | [`swarm`] | swarms whose on-board simulators evolve |
+//! | [`taken`] | pictures and films of replayed episodes |
 //! | [`report`] | what the pages of finished runs have in common |
 
 pub(crate) mod report;
 pub mod single;
 pub mod swarm;
+mod taken;
 
 use std::fmt::Debug;
 use std::path::Path;

@@ -90,9 +90,17 @@ pub struct Tables<'a> {
     pub time: (&'a str, &'a str),
     /// Column of values that lines show, and the name of its axis.
     pub value: (&'a str, &'a str),
-    /// Episodes that the evolution of each run may spend, by number, if lines show the best value so far by episodes spent: optimisers
-    /// have different generations. The names of both axes say so.
-    pub spent: Option<&'a [u64]>,
+    /// Episodes that runs may spend, if lines also show the best score so far by them: the table of generations then has `best`.
+    pub spent: Option<Spent<'a>>,
+}
+
+/// Episodes that the evolution of each run may spend.
+#[derive(Debug)]
+pub struct Spent<'a> {
+    /// By the run's number.
+    pub ends: &'a [u64],
+    /// Whether lines by episodes are shown first, since runs have different generations.
+    pub is_first: bool,
 }
 
 /// What a report compares.

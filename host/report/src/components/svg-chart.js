@@ -1,12 +1,14 @@
 // Makes the charts of `figures/plot.rs` answer: a pointer or the arrow keys read values, a click on a line's name hides
-// or shows it, a drag or a double click zooms, Escape shows the whole range again. Charts remain complete figures without it.
+// or shows it and gives its room to the others, a drag or a double click zooms, Escape shows the whole range again. Charts remain complete figures without it.
+// Where a chart has several axes across, a click on a name exchanges those of all charts of the page.
 // A page that replaces its charts calls `attach` again: hidden lines and zooms are kept by the figure's id or title.
 
 /**
  * @typedef {[number, number]} Pair
  * @typedef {{ name: string, colour: string, lines: Pair[][], bands: { highs: Pair[], lows: Pair[] }[] }} Series
- * @typedef {{ hidden: Set<string>, zooms: Map<number, Pair> }} Kept what a redrawn chart keeps
- * @typedef {{ reset: () => void, hide: () => void, svg: SVGSVGElement }} Chart
+ * @typedef {{ hidden: Set<string>, zooms: Map<number, Pair>, fits: boolean }} Kept what a redrawn chart keeps; `fits`: the range is that
+ *   of the shown lines
+ * @typedef {{ reset: () => void, hide: () => void, choose: () => void, svg: SVGSVGElement }} Chart
  */
 
 const SVG = 'http://www.w3.org/2000/svg';
@@ -17,12 +19,13 @@ const NARROWEST = 0.002;
 
 const STYLE = `
 [data-plot] { cursor: crosshair; outline-offset: 2px; }
-text[data-series][role] { cursor: pointer; }
+text[role=button] { cursor: pointer; }
+.chart-axis[aria-pressed=false] { text-decoration: underline; }
 text[data-series][aria-pressed=false] { opacity: .6; text-decoration: line-through; }
 .chart-values { position: fixed; z-index: 9; pointer-events: none; padding: 6px 10px; border-radius: 8px;
   width: max-content; max-width: 90vw;
   font: 13px/1.4 system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif; font-variant-numeric: tabular-nums;
-  color: #26282e; background: #ffffff; border: 1px solid #c9ccd3; box-shadow: 0 2px 8px #0003; }
+  color: var(--ink); background: var(--paper); border: 1px solid var(--rule); box-shadow: 0 2px 8px #0003; }
 .chart-values i { display: inline-block; width: .72em; height: .72em; border-radius: 50%; margin-right: .5em; }
 @media print { .chart-values { display: none; } }`;
 
@@ -30,6 +33,8 @@ text[data-series][aria-pressed=false] { opacity: .6; text-decoration: line-throu
 const kept = new Map();
 /** @type {Chart[]} */
 let charts = [];
+/** The chosen axis; empty for the first of each chart. */
+let axis = '';
 /** @type {HTMLElement | null} */
 let box = null;
 
@@ -192,6 +197,13 @@ function plotOf(svg, group, keep, place) {
     zoomed.append(note);
   }
 
+  /** Shows the range of the visible lines. */
+  function fit() {
+    const xs = visible().flatMap((series) => series.lines.flat().map(([x]) => x));
+    const [low, high] = [Math.min(...xs), Math.max(...xs)];
+    zoom(xs.length && (low > left + 1 || high < right - 1) ? [low, high] : undefined);
+  }
+
   /** @param {Pair | undefined} stretch in the figure's pixels; none for all */
   function zoom(stretch) {
     shown = whole;
@@ -241,10 +253,11 @@ function plotOf(svg, group, keep, place) {
     for (const { name, colour, lines, bands } of visible()) {
       const y = lines.map((line) => heightAt(line, at)).find((height) => height !== undefined);
       if (y === undefined) continue;
-      marks.append(svgElement('circle', { cx: x, cy: y, r: 3.5, fill: colour, stroke: '#ffffff', 'stroke-width': 1.5 }));
+      const mark = svgElement('circle', { cx: x, cy: y, r: 3.5, fill: colour, stroke: '#ffffff', 'stroke-width': 1.5 });
+      marks.append(mark);
       const row = document.createElement('div');
       const dot = document.createElement('i');
-      dot.style.background = colour;
+      dot.style.background = getComputedStyle(mark).fill;
       let text = `${name}: ${words(valueUp(y), perPixel.y)}`;
       for (const { highs, lows } of bands) {
         const [low, high] = [heightAt(lows, at), heightAt(highs, at)];
@@ -284,15 +297,17 @@ function plotOf(svg, group, keep, place) {
   });
   group.addEventListener('blur', hide);
   const before = keep.zooms.get(place);
-  if (before) zoom(before);
-  return { left, right, top, bottom, marks, show, hide, zoom, original };
+  if (keep.fits) fit();
+  else if (before) zoom(before);
+  const isShown = () => !group.closest('[display=none]');
+  return { left, right, top, bottom, marks, show, hide, zoom, fit, original, isShown };
 }
 
 /** @param {SVGSVGElement} svg */
 function enliven(svg) {
   const id = svg.closest('[id]')?.id || svg.querySelector('title')?.textContent || '';
   /** @type {Kept} */
-  const keep = kept.get(id) || { hidden: new Set(), zooms: new Map() };
+  const keep = kept.get(id) || { hidden: new Set(), zooms: new Map(), fits: false };
   kept.set(id, keep);
   const groups = /** @type {SVGGElement[]} */ ([...svg.querySelectorAll('g[data-plot]')]);
   const plots = groups.map((group, place) => plotOf(svg, group, keep, place));
@@ -303,7 +318,7 @@ function enliven(svg) {
   const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM()?.inverse());
   /** @param {DOMPoint} at */
   const under = (at) => plots.find((own) => (
-    at.x >= own.left - 4 && at.x <= own.right + 4 && at.y >= own.top - 12 && at.y <= own.bottom + 26));
+    own.isShown() && at.x >= own.left - 4 && at.x <= own.right + 4 && at.y >= own.top - 12 && at.y <= own.bottom + 26));
   /** @type {{ plot: (typeof plots)[0], from: number } | null} */
   let drag = null;
 
@@ -314,7 +329,7 @@ function enliven(svg) {
       const [low, high] = [drag.from, at.x].sort((a, b) => a - b).map((x) => Math.min(plot.right, Math.max(plot.left, x)));
       plot.hide();
       const size = { x: low, y: plot.top, width: high - low, height: plot.bottom - plot.top };
-      plot.marks.append(svgElement('rect', { ...size, fill: '#2b3a8f', 'fill-opacity': 0.12 }));
+      plot.marks.append(svgElement('rect', { ...size, fill: 'currentColor', 'fill-opacity': 0.12 }));
       return;
     }
     const plot = under(at);
@@ -338,7 +353,9 @@ function enliven(svg) {
     drag = null;
     svg.style.userSelect = '';
     const to = place(event).x;
-    if (Math.abs(to - from) > DRAG) plot.zoom([plot.original(from), plot.original(to)]);
+    if (Math.abs(to - from) <= DRAG) return;
+    keep.fits = false;
+    plot.zoom([plot.original(from), plot.original(to)]);
   });
   svg.addEventListener('pointercancel', () => (drag = null));
   svg.addEventListener('dblclick', (event) => {
@@ -347,6 +364,7 @@ function enliven(svg) {
     if (!plot) return;
     const quarter = (plot.original(plot.right) - plot.original(plot.left)) / 4;
     const middle = plot.original(at.x);
+    keep.fits = false;
     plot.zoom([middle - quarter, middle + quarter]);
   });
   const hide = () => plots.forEach((plot) => plot.hide());
@@ -362,23 +380,61 @@ function enliven(svg) {
   };
   for (const name of names) {
     const colour = colourOf(name);
-    const toggle = () => {
+    press(name, () => {
       if (!keep.hidden.delete(colour)) keep.hidden.add(colour);
       draw();
-      hide();
-    };
-    name.setAttribute('tabindex', '0');
-    name.setAttribute('role', 'button');
-    name.addEventListener('click', toggle);
-    name.addEventListener('keydown', (event) => {
-      if (event instanceof KeyboardEvent && (event.key === 'Enter' || event.key === ' ')) {
-        event.preventDefault();
-        toggle();
-      }
+      keep.fits = true;
+      plots.forEach((plot) => plot.fit());
     });
   }
   draw();
-  charts.push({ svg, hide, reset: () => plots.forEach((plot) => plot.zoom(undefined)) });
+  const reset = () => {
+    keep.fits = false;
+    plots.forEach((plot) => plot.zoom(undefined));
+  };
+  const choose = choices(svg, plots[0].right);
+  choose();
+  charts.push({ svg, hide, choose, reset });
+}
+
+/** Makes an element a button.
+ * @param {Element} own
+ * @param {() => void} toggle */
+function press(own, toggle) {
+  own.setAttribute('tabindex', '0');
+  own.setAttribute('role', 'button');
+  own.addEventListener('click', toggle);
+  own.addEventListener('keydown', (event) => {
+    if (event instanceof KeyboardEvent && (event.key === 'Enter' || event.key === ' ')) {
+      event.preventDefault();
+      toggle();
+    }
+  });
+}
+
+/** Names of a chart's axes across, above its plot, if there are several. Returns what shows the chosen one.
+ * @param {SVGSVGElement} svg
+ * @param {number} right
+ * @returns {() => void} */
+function choices(svg, right) {
+  const groups = [...svg.querySelectorAll('[data-choice]')];
+  let end = right;
+  const names = [...groups].reverse().map((group) => {
+    const name = svgElement('text', { x: end, y: 24, 'font-size': 13, 'text-anchor': 'end', fill: '#33363f', class: 'chart-axis' });
+    name.textContent = group.getAttribute('data-choice');
+    press(name, () => {
+      axis = name.textContent || '';
+      charts.forEach((chart) => [chart.hide, chart.choose].forEach((change) => change()));
+    });
+    svg.append(name);
+    end -= /** @type {SVGTextElement} */ (name).getComputedTextLength() + 18;
+    return name;
+  });
+  return () => {
+    const chosen = groups.find((group) => group.getAttribute('data-choice') === axis) || groups[0];
+    groups.forEach((group) => group.setAttribute('display', group === chosen ? 'inline' : 'none'));
+    names.forEach((name) => name.setAttribute('aria-pressed', String(name.textContent === chosen.getAttribute('data-choice'))));
+  };
 }
 
 /** Makes all charts below an element answer; those that do already are left alone.

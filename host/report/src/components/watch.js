@@ -6,7 +6,7 @@ import { attach } from './svg-chart.js';
 /**
  * @typedef {{ id: string, kind: 'run' | 'sweep' | 'fleet' | 'unreadable', directory: string, name?: string, seed?: string,
  *   state?: string, steps?: number, length?: number, best?: number | null, left?: number | null, problem?: string | null,
- *   version?: number }} Source
+ *   version?: number, label?: string | null }} Source
  * @typedef {{ generation: number, individual: number, fitness: number | null, paths: string | null, archive: string | null }} Scene
  */
 
@@ -29,6 +29,9 @@ if (edit) sessionStorage.setItem('edit', edit);
 // The secret was for the first request alone; the cookie replaces it.
 if (location.search) history.replaceState(null, '', location.pathname);
 
+/** The form's fields by key, with the experiment's values.
+ * @type {Map<string, { input: HTMLInputElement, value: string }>} */
+const inputs = new Map();
 /** @type {Source[]} */
 let sources = [];
 let more = 0;
@@ -51,6 +54,10 @@ async function text(path) {
   if (!answer.ok) throw new Error(await answer.text());
   return answer.text();
 }
+
+/** Text that may break within a key.
+ * @param {string} text */
+const breakable = (text) => text.replace(/[._]/g, '$&\u200b');
 
 /** @param {number} seconds */
 function duration(seconds) {
@@ -82,7 +89,9 @@ function showList() {
     mark.setAttribute('aria-label', state);
     // The directory's name, without what the heading says already.
     const own = (source.directory.split(/[\\/]/).pop() || '').replace(`${name}-`, '');
-    made('span', button, { textContent: source.kind !== 'run' ? source.kind : own === source.seed ? `seed ${own}` : own });
+    const label = source.label ? breakable(`${source.label}, seed ${source.seed}`) : '';
+    const run = own === source.seed ? `seed ${own}` : own;
+    made('span', button, { textContent: source.kind !== 'run' ? source.kind : label || run });
     const best = typeof source.best === 'number' ? Number(source.best.toPrecision(4)).toString() : '';
     made('span', button, { className: 'best', textContent: best });
     if (state === 'running' || state === 'unfinished') {
@@ -122,7 +131,9 @@ function select(id) {
 function showHead() {
   const source = current();
   if (!source) return;
-  part('name').textContent = source.kind === 'run' ? `${source.name}, seed ${source.seed}` : source.name || source.directory;
+  const label = source.label ? `: ${source.label}` : '';
+  part('name').textContent = source.kind === 'run' ? `${source.name}, seed ${source.seed}${label}` : source.name || source.directory;
+  part('use').hidden = source.kind !== 'run' || inputs.size === 0;
   const unit = source.kind === 'sweep' ? 'runs' : 'generations';
   const parts = [source.state || source.kind];
   if (source.length) parts.push(`${source.steps} of ${source.length} ${unit}`);
@@ -241,6 +252,8 @@ slider.addEventListener('input', () => {
     if (source && slider.value === wanted) showScene(source, Number(wanted)).catch(() => {});
   }, 150);
 });
+part('full').hidden = !document.fullscreenEnabled;
+part('full').addEventListener('click', () => frame.requestFullscreen());
 newest.addEventListener('change', () => {
   const source = current();
   if (!source) return;
@@ -249,9 +262,6 @@ newest.addEventListener('change', () => {
 });
 
 // ---- Another evolution.
-
-/** @type {Map<string, { input: HTMLInputElement, value: string }>} */
-const inputs = new Map();
 
 async function buildForm() {
   const form = JSON.parse(await text('edit'));
@@ -270,7 +280,7 @@ async function buildForm() {
   inputs.clear();
   const all = [...form.fields, { key: 'seed', value: '1', unit: '', about: 'The same seed and values give the same bits.' }];
   for (const { key, value, unit, about } of all) {
-    const label = made('label', part('fields'), { textContent: unit ? `${key} (${unit})` : key, title: about });
+    const label = made('label', part('fields'), { textContent: breakable(unit ? `${key} (${unit})` : key), title: about });
     const input = made('input', label, { value, spellcheck: false, autocomplete: 'off' });
     input.addEventListener('input', () => input.classList.toggle('changed', input.value !== value));
     inputs.set(key, { input, value });
@@ -304,8 +314,18 @@ part('form').addEventListener('submit', async (event) => {
     if (sources.every(({ id }) => known.has(id))) part('answer').textContent = 'These values have evolved before: see the list.';
   }, 2000);
 });
+part('use').addEventListener('click', async () => {
+  /** @type {Record<string, string>} */
+  const values = JSON.parse(await text(`values/${selected}`));
+  for (const [key, { input }] of inputs) {
+    if (key in values) input.value = values[key];
+    input.dispatchEvent(new Event('input'));
+  }
+  element('edit', HTMLDetailsElement).open = true;
+  part('answer').textContent = 'These are the shown run\'s values.';
+});
 part('stop').addEventListener('click', () => post('stop', {}));
-buildForm().catch(() => {});
+buildForm().then(showHead).catch(() => {});
 
 const events = new EventSource('events');
 events.addEventListener('message', (event) => {

@@ -1,6 +1,6 @@
 //! Means of several runs and their spread, in panels side by side.
 
-use super::plot::{Plot, Range, label_room, series};
+use super::plot::{LABEL_GAP, Plot, Range, label_room, label_style, letters_in, series};
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg};
 use crate::numbers::Spread;
 
@@ -12,6 +12,9 @@ const TOP: f64 = 52.0;
 const BOTTOM: f64 = 58.0;
 /// Room to the right of a panel without names, in pixels.
 const CLEAR: f64 = 16.0;
+/// The largest part of a panel's width for names at its right, and where they begin above it.
+const MOST_ROOM: f64 = 0.45;
+const NAMES: f64 = 12.0;
 
 /// A line and its spread.
 pub struct Band<'a> {
@@ -125,15 +128,33 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
     } else {
         CLEAR
     };
+    let ends: Vec<(f64, &str, &str)> = panel
+        .bands
+        .iter()
+        .filter(|band| !band.label.is_empty())
+        .filter_map(|band| {
+            let shown = values(panel, band);
+            let last = shown.iter().rev().find(|(_, spread)| spread.mean.is_finite())?;
+            Some((last.1.mean, band.label, band.colour))
+        })
+        .collect();
+    // Names that would leave too little room to the lines are above them.
+    let is_above = room > MOST_ROOM * (right - left) && panel.grounds.is_empty();
+    let (room, above) = if is_above {
+        (CLEAR, LABEL_GAP * ends.len() as f64)
+    } else {
+        (room, 0.0)
+    };
     let plot = Plot {
         left: left + LEFT,
         right: right - room,
-        top: top + TOP,
+        top: top + TOP + above,
         bottom: bottom - BOTTOM,
         across: Range::between(panel.from, panel.to, if panel.share < 0.5 { 4 } else { 6 }),
         up: Range::around(panel.low, panel.high, 5),
     };
-    svg.words((plot.left, top + 24.0), 14.0, Anchor::Start, BOLD, panel.title);
+    let title = if is_above { left + NAMES } else { plot.left };
+    svg.words((title, top + 24.0), 14.0, Anchor::Start, BOLD, panel.title);
     plot.begin(svg, panel.across, panel.up);
     grounds(svg, &plot, panel.grounds);
     if let Some((at, before, after)) = panel.change
@@ -166,11 +187,19 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
         };
         plot.line(svg, &values, band.colour, &style, name(panel, band));
     }
-    let ends = panel.bands.iter().zip(&shown).filter_map(|(band, values)| {
-        let last = values.iter().rev().find(|(_, spread)| spread.mean.is_finite())?;
-        (!band.label.is_empty()).then_some((last.1.mean, band.label, band.colour))
-    });
-    plot.labels(svg, ends);
+    if is_above {
+        for (place, (_, name, colour)) in ends.iter().enumerate() {
+            let at = (left + NAMES, top + 24.0 + LABEL_GAP * (place + 1) as f64);
+            let letters = letters_in(right - left - 2.0 * NAMES);
+            let words = match name.char_indices().nth(letters) {
+                Some((end, _)) => format!("{}\u{2026}", &name[..end]),
+                None => (*name).to_owned(),
+            };
+            svg.words(at, 13.0, Anchor::Start, &label_style(colour, name), &words);
+        }
+    } else {
+        plot.labels(svg, ends.into_iter());
+    }
     key(svg, &plot, panel.key);
     if shown.iter().all(Vec::is_empty) {
         let middle = (0.5 * (plot.left + plot.right), 0.5 * (plot.top + plot.bottom));
@@ -261,6 +290,32 @@ mod tests {
         assert_eq!(points.len(), 4);
         assert!(points[0].ends_with(",52") && points[1].ends_with(",52"), "{points:?}");
         assert!(points[2].ends_with(",342") && points[3].ends_with(",342"), "{points:?}");
+    }
+
+    /// Names take no more than a part of the width, so that lines have room.
+    #[test]
+    fn long_names_stand_above_a_narrow_panel() {
+        let drawn = |label| {
+            let mut own = panel(&[[1.0; 3]; 3]);
+            own.bands[0].label = label;
+            super::panel("t", &own, (320.0, 340.0))
+        };
+        let right = |text: &str| -> f64 {
+            let plot = text.split("data-plot=\"").nth(1).unwrap();
+            plot.split(' ').nth(1).unwrap().parse().unwrap()
+        };
+        assert_eq!(right(&drawn("short")), 320.0 - label_room(["short"].into_iter()));
+        let long = drawn("evolution.generations 200, noise.motor 0.3");
+        assert_eq!(right(&long), 320.0 - CLEAR);
+        let name = long
+            .lines()
+            .find(|line| line.contains(">evolution.generations"))
+            .unwrap();
+        assert!(
+            name.contains("x=\"12\" y=\"41\"") && name.contains("data-series="),
+            "{name}"
+        );
+        assert!(drawn(&"long ".repeat(20)).contains("lon\u{2026}</text>"));
     }
 
     #[test]

@@ -79,11 +79,15 @@ pub fn level_styles(count: usize, is_ordered: bool) -> Vec<(String, &'static str
     (0..count).map(style).collect()
 }
 
-/// Draws both panels.
-pub fn factor(title: &str, curves: &Panel<'_>, outcomes: &Outcomes<'_>) -> String {
+/// Draws both panels. If there are several of curves, a page's reader may choose by their axes across.
+pub fn factor(title: &str, curves: &[Panel<'_>], outcomes: &Outcomes<'_>) -> String {
     let names = Names::of(outcomes);
     let mut svg = Svg::new(WIDTH, HEIGHT + names.room, title);
-    draw(&mut svg, curves, (0.0, MIDDLE), (0.0, HEIGHT));
+    let panel = |svg: &mut Svg, place: usize| draw(svg, &curves[place], (0.0, MIDDLE), (0.0, HEIGHT));
+    match curves {
+        [_] => panel(&mut svg, 0),
+        _ => svg.choices(&curves.iter().map(|own| own.across).collect::<Vec<_>>(), panel),
+    }
     levels(&mut svg, outcomes, &names);
     svg.finish()
 }
@@ -367,7 +371,7 @@ mod tests {
             up: "fitness",
             ..Panel::default()
         };
-        factor("t", &curves, &outcomes)
+        factor("t", std::slice::from_ref(&curves), &outcomes)
     }
 
     #[test]

@@ -3,11 +3,13 @@
 
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::pcg4d;
-use oneiro::swarm::Swarm;
+use oneiro::swarm::{SECOND, Swarm};
 use oneiro_base::console::counted;
 
 use super::arena::Sheet;
-use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg, number};
+use super::frames::{self, Film, begin_robot, foot};
+use super::svg::{self, Anchor, BOLD, INK, PLAIN, SOFT, Svg, number};
+use super::swarm::ForagersReplay;
 
 /// Room between arenas, around the light, and above for the title, in pixels.
 const GAP: f64 = 24.0;
@@ -19,6 +21,9 @@ const SMALL: f64 = 232.0;
 const LARGE: f64 = 600.0;
 /// Room between a single arena and the key to its right.
 const KEY: f64 = 40.0;
+/// Room beside the lamp and around the wall of a film, as parts of the arena's radius.
+const BESIDE: f64 = 0.14;
+const AROUND_WALL: f64 = 0.04;
 const WIDTH: f64 = 1060.0;
 const FLOOR: &str = "#f5f3ee";
 const NEST: &str = "#9db8dd";
@@ -166,6 +171,103 @@ fn key(svg: &mut Svg, foragers: &Swarm) {
     }
 }
 
+/// Draws moments of foragers.
+pub struct ForagersFrames<'a> {
+    replay: &'a ForagersReplay<'a>,
+    sheet: Sheet,
+    /// Width and height in pixels.
+    size: (f64, f64),
+    /// Food that was brought up to each line.
+    brought: Vec<u32>,
+}
+
+impl<'a> ForagersFrames<'a> {
+    /// The longer side of the arena with its lamp gets `side` pixels; there is a line at least.
+    pub fn new(replay: &'a ForagersReplay<'a>, side: f64) -> Self {
+        let forager = &replay.foragers.forager;
+        let radius = f64::from(forager.arena_radius);
+        let (right, top) = (
+            radius + f64::from(forager.lamp_behind_wall) + BESIDE * radius,
+            (1.0 + AROUND_WALL) * radius,
+        );
+        let sheet = Sheet::of((-right, top), (2.0 * right, 2.0 * top), (0.0, 0.0), side);
+        let (width, height) = sheet.extent();
+        let brought = replay.lines.iter().scan(0, |all, line| {
+            *all += line.robots.iter().map(|robot| robot.brought).sum::<u32>();
+            Some(*all)
+        });
+        Self {
+            size: (width.round(), (height + frames::FOOT).round()),
+            sheet,
+            brought: brought.collect(),
+            replay,
+        }
+    }
+
+    fn draw(&self, number: usize) -> String {
+        let ForagersReplay {
+            foragers,
+            lamp: lit,
+            lines,
+            acts,
+            title,
+            ..
+        } = self.replay;
+        let (forager, line) = (&foragers.forager, &lines[number]);
+        let (width, height) = self.size;
+        let mut svg = Svg::new(width, height, title);
+        let food: Vec<(f64, f64)> = line.food.iter().map(|at| (at[0].into(), at[1].into())).collect();
+        arena(&mut svg, &self.sheet, forager, &food);
+        let light = if line.cycle >= lit.moves { lit.then } else { lit.first };
+        lamp(&mut svg, &self.sheet, forager, light);
+        for robot in &line.robots {
+            let Some([x, y, heading]) = robot.pose.map(|pose| pose.map(f64::from)) else {
+                continue;
+            };
+            let act = acts.get(robot.act);
+            let colours = (
+                act.map_or(ROBOT, |act| act.colour),
+                act.and_then(|act| act.front).unwrap_or("#ffffff"),
+            );
+            let radius = f64::from(forager.body_radius) * self.sheet.scale;
+            begin_robot(&mut svg, self.sheet.place((x, y)), heading, radius, colours);
+            if robot.carries {
+                svg.circle(
+                    (0.0, 0.0),
+                    0.5 * radius,
+                    &format!("fill=\"{FOOD}\" stroke=\"#ffffff\""),
+                    "",
+                );
+            }
+            svg.raw("</g>");
+        }
+        let seconds = |cycles: u32| f64::from(cycles) / f64::from(SECOND);
+        let words = format!(
+            "{} s of {} s, food {}",
+            svg::number(seconds(line.cycle)),
+            svg::number(self.seconds()),
+            self.brought[number]
+        );
+        foot(&mut svg, self.size, (number + 1) as f64 / lines.len() as f64, &words);
+        svg.finish()
+    }
+}
+
+impl Film for ForagersFrames<'_> {
+    fn seconds(&self) -> f64 {
+        self.step() * self.replay.lines.len() as f64
+    }
+
+    fn step(&self) -> f64 {
+        f64::from(self.replay.lines[0].cycle) / f64::from(SECOND)
+    }
+
+    fn at(&self, seconds: f64) -> String {
+        let number = (seconds / self.step()).round() as usize;
+        self.draw(number.clamp(1, self.replay.lines.len()) - 1)
+    }
+}
+
 fn sheet(forager: &Foraging, corner: (f64, f64), side: f64) -> Sheet {
     let radius = f64::from(forager.arena_radius);
     Sheet::of((-radius, radius), (2.0 * radius, 2.0 * radius), corner, side)
@@ -283,6 +385,9 @@ fn robots(foragers: &Swarm) -> Vec<((f64, f64), f64)> {
 
 #[cfg(test)]
 mod tests {
+    use oneiro::swarm::Lamp;
+
+    use super::super::swarm::{BEHAVIOURS, Moment, Sight, Teller};
     use super::*;
 
     #[test]
@@ -300,6 +405,71 @@ mod tests {
             assert!(one.0.hypot(one.1) <= 565.0);
             assert!(robots[..i].iter().all(|(other, _)| distance(*one, *other) > 70.0));
         }
+    }
+
+    /// A moment has the light, the food and the robots of its line.
+    #[test]
+    fn a_film_follows_its_lines() {
+        let foragers = Swarm::odowd2014(2);
+        let robot = |x, act, carries, brought| Sight {
+            pose: Some([x, 0.0, 0.25]),
+            act,
+            carries,
+            brought,
+            ..Sight::default()
+        };
+        let line = |number: u32| Moment {
+            cycle: number * SECOND,
+            robots: vec![
+                robot(100.0 * number as f32, 2, number == 2, number),
+                robot(-100.0, 0, false, 0),
+            ],
+            food: vec![[0.0, 0.0]; number as usize],
+        };
+        let lines = [line(1), line(2), line(3)];
+        let replay = ForagersReplay {
+            title: "t",
+            foragers: &foragers,
+            lamp: Lamp {
+                first: Light::OverNest,
+                then: Light::OppositeNest,
+                moves: 3 * SECOND,
+            },
+            names: &[1, 2],
+            acts: &BEHAVIOURS,
+            teller: Teller::Arena,
+            lines: &lines,
+            genes: &[],
+        };
+        let film = ForagersFrames::new(&replay, 480.0);
+        assert_eq!((film.step(), film.seconds()), (1.0, 3.0));
+        let food = format!("fill=\"{FOOD}\"/>");
+        for (seconds, words, items) in [
+            (0.0, "1 s of 3 s, food 1", 1),
+            (2.2, "2 s of 3 s, food 3", 2),
+            (9.0, "3 s of 3 s, food 6", 3),
+        ] {
+            let drawn = film.at(seconds);
+            assert!(drawn.contains(&format!(">{words}</text>")), "{drawn}");
+            assert_eq!(drawn.matches(&food).count(), items, "{drawn}");
+            assert_eq!(
+                drawn.contains(&format!("fill=\"{FOOD}\" stroke=\"#ffffff\"")),
+                items == 2
+            );
+        }
+        let lamp = |drawn: String| -> f64 {
+            let (before, _) = drawn.split_once("><title>lamp</title>").unwrap();
+            before
+                .rsplit("cx=\"")
+                .next()
+                .unwrap()
+                .split('"')
+                .next()
+                .unwrap()
+                .parse()
+                .unwrap()
+        };
+        assert!(lamp(film.at(2.0)) < 240.0 && lamp(film.at(3.0)) > 240.0);
     }
 
     #[test]

@@ -8,8 +8,6 @@ use super::svg::{Anchor, INK, SOFT, Svg, number};
 
 /// Room around the visible area as a fraction of its longer side.
 const MARGIN: f64 = 0.03;
-/// Room below it for the time, in pixels.
-const FOOT: f64 = 26.0;
 /// Seconds of the trails of swarms, and of robots that are alone.
 const TRAIL: f64 = 20.0;
 const LONG_TRAIL: f64 = 60.0;
@@ -21,6 +19,15 @@ const WALL: f64 = 0.005;
 const SENSOR: &str = "#b3263c";
 /// Seconds in a cycle.
 const CYCLE: f64 = 0.1;
+
+/// Moments of one size, as SVG.
+pub trait Film {
+    /// Seconds from the beginning to the last record, and from one record to the next.
+    fn seconds(&self) -> f64;
+    fn step(&self) -> f64;
+    /// The record that is nearest to a time.
+    fn at(&self, seconds: f64) -> String;
+}
 
 /// Draws moments of an episode.
 pub struct Frames<'a> {
@@ -67,14 +74,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Seconds from the first record to the last.
-    pub fn seconds(&self) -> f64 {
-        self.time(self.last())
-    }
-
-    /// The record that is nearest to a time, as SVG.
-    pub fn at(&self, seconds: f64) -> String {
-        let line = ((seconds / self.step()).round() as usize).min(self.last());
+    fn draw(&self, line: usize) -> String {
         let (width, height) = self.size;
         let mut svg = Svg::new(width, height, self.replay.title);
         let spec = self.replay.world.spec();
@@ -85,13 +85,10 @@ impl<'a> Frames<'a> {
         for robot in 0..self.replay.robots.len() {
             self.robot(&mut svg, robot, line);
         }
-        self.foot(&mut svg, line);
+        let share = line as f64 / self.last().max(1) as f64;
+        let words = format!("{} s of {} s", number(self.time(line)), number(self.seconds()));
+        foot(&mut svg, self.size, share, &words);
         svg.finish()
-    }
-
-    /// Seconds from a record to the next.
-    pub fn step(&self) -> f64 {
-        self.time(1)
     }
 
     fn last(&self) -> usize {
@@ -147,16 +144,9 @@ impl<'a> Frames<'a> {
 
     fn robot(&self, svg: &mut Svg, robot: usize, line: usize) {
         let record = &self.replay.robots[robot][line];
-        let (x, y) = self.place(record);
         let radius = f64::from(self.replay.world.spec().robot.body_radius) * self.sheet.scale;
-        let turn = -360.0 * f64::from(record.heading);
-        let colour = self.colour(robot, line);
-        let [x, y, turn] = [x, y, turn].map(number);
-        svg.raw(&format!("<g transform=\"translate({x} {y}) rotate({turn})\">"));
-        let style = format!("fill=\"{colour}\" stroke=\"{FRONT}\" stroke-width=\"1.2\"");
-        svg.circle((0.0, 0.0), radius, &style, "");
-        let front = [(0.98, 0.0), (0.5, 0.5), (0.5, -0.5)].map(|(x, y)| (x * radius, y * radius));
-        svg.polygon(front, &format!("fill=\"{FRONT}\""));
+        let colours = (self.colour(robot, line), FRONT);
+        begin_robot(svg, self.place(record), record.heading.into(), radius, colours);
         for sensor in &self.sensors {
             self.sensor(svg, sensor, line, radius);
         }
@@ -199,15 +189,39 @@ impl<'a> Frames<'a> {
             "",
         );
     }
+}
 
-    /// The time as a bar below the arena, which pixels show too, and in words.
-    fn foot(&self, svg: &mut Svg, line: usize) {
-        let (width, height) = self.size;
-        let share = line as f64 / self.last().max(1) as f64;
-        let top = height - FOOT + 4.0;
-        svg.rectangle((0.0, top), (width, 4.0), "fill=\"#e3e5e8\"");
-        svg.rectangle((0.0, top), (share * width, 4.0), "fill=\"#5b6770\"");
-        let words = format!("{} s of {} s", number(self.time(line)), number(self.seconds()));
-        svg.words((4.0, height - 5.0), 12.0, Anchor::Start, SOFT, &words);
+impl Film for Frames<'_> {
+    fn seconds(&self) -> f64 {
+        self.time(self.last())
     }
+
+    fn step(&self) -> f64 {
+        self.time(1)
+    }
+
+    fn at(&self, seconds: f64) -> String {
+        self.draw(((seconds / self.step()).round() as usize).min(self.last()))
+    }
+}
+
+/// Draws a robot from above with an arrow to its front, and leaves its group open. Heading in turns, the rest in pixels.
+pub(super) fn begin_robot(svg: &mut Svg, (x, y): (f64, f64), heading: f64, radius: f64, (colour, front): (&str, &str)) {
+    let [x, y, turn] = [x, y, -360.0 * heading].map(number);
+    svg.raw(&format!("<g transform=\"translate({x} {y}) rotate({turn})\">"));
+    let style = format!("fill=\"{colour}\" stroke=\"{front}\" stroke-width=\"1.2\"");
+    svg.circle((0.0, 0.0), radius, &style, "");
+    let arrow = [(0.98, 0.0), (0.5, 0.5), (0.5, -0.5)].map(|(x, y)| (x * radius, y * radius));
+    svg.polygon(arrow, &format!("fill=\"{front}\""));
+}
+
+/// Room for the time below a drawing, in pixels.
+pub(super) const FOOT: f64 = 26.0;
+
+/// The time as a bar below the arena, which pixels show too, and in words.
+pub(super) fn foot(svg: &mut Svg, (width, height): (f64, f64), share: f64, words: &str) {
+    let top = height - FOOT + 4.0;
+    svg.rectangle((0.0, top), (width, 4.0), "fill=\"#e3e5e8\"");
+    svg.rectangle((0.0, top), (share * width, 4.0), "fill=\"#5b6770\"");
+    svg.words((4.0, height - 5.0), 12.0, Anchor::Start, SOFT, words);
 }

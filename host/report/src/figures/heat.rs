@@ -126,17 +126,14 @@ fn draw(svg: &mut Svg, map: &HeatMap<'_>, square: Option<&Square>, (x, y): (f64,
     } else {
         ("#ffffff".to_owned(), INK, "no number".to_owned())
     };
-    let style = format!("fill=\"{ground}\" stroke=\"#ffffff\" stroke-width=\"1.5\"");
-    svg.rectangle((x, y), (width, HEIGHT), &style);
-    let style = format!("fill=\"{ink}\" font-weight=\"600\"");
-    svg.words((middle, y + 23.0), 13.0, Anchor::Middle, &style, &words);
-    svg.words(
-        (middle, y + 39.0),
-        10.5,
-        Anchor::Middle,
-        &format!("fill=\"{ink}\""),
-        &runs,
-    );
+    svg.kept(|svg| {
+        let style = format!("fill=\"{ground}\" stroke=\"#ffffff\" stroke-width=\"1.5\"");
+        svg.rectangle((x, y), (width, HEIGHT), &style);
+        let style = format!("fill=\"{ink}\" font-weight=\"600\"");
+        svg.words((middle, y + 23.0), 13.0, Anchor::Middle, &style, &words);
+        let style = format!("fill=\"{ink}\"");
+        svg.words((middle, y + 39.0), 10.5, Anchor::Middle, &style, &runs);
+    });
 }
 
 /// Draws the key to the shades.
@@ -149,10 +146,12 @@ fn key(svg: &mut Svg, map: &HeatMap<'_>, left: f64) {
     svg.words((left, 51.0), 12.0, Anchor::Start, SOFT, &low);
     let from = left + 8.0 + 7.0 * low.chars().count() as f64;
     let part = KEY / f64::from(SHADES);
-    for shade in 0..SHADES {
-        let style = format!("fill=\"{}\"", ramp(&HEAT, f64::from(shade) / f64::from(SHADES - 1)));
-        svg.rectangle((from + part * f64::from(shade), 41.0), (part + 0.3, 11.0), &style);
-    }
+    svg.kept(|svg| {
+        for shade in 0..SHADES {
+            let style = format!("fill=\"{}\"", ramp(&HEAT, f64::from(shade) / f64::from(SHADES - 1)));
+            svg.rectangle((from + part * f64::from(shade), 41.0), (part + 0.3, 11.0), &style);
+        }
+    });
     svg.words((from + KEY + 8.0, 51.0), 12.0, Anchor::Start, SOFT, &words(map.high));
 }
 

@@ -3,6 +3,8 @@
 use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, escaped, number, tick_step};
 use crate::numbers::fixed;
 
+/// Name of an axis of episodes.
+pub const EPISODES: &str = "episodes spent";
 /// Minimum distance of two labels, in pixels.
 pub const LABEL_GAP: f64 = 17.0;
 /// Approximate width of a letter of a label, in pixels.
@@ -207,11 +209,16 @@ impl Plot {
                 (self.right + 10.0, y - too_low + 4.0),
                 13.0,
                 Anchor::Start,
-                &format!("fill=\"{colour}\" font-weight=\"600\" {}", series(name)),
+                &label_style(colour, name),
                 name,
             );
         }
     }
+}
+
+/// The style of a line's name.
+pub fn label_style(colour: &str, name: &str) -> String {
+    format!("fill=\"{colour}\" font-weight=\"600\" {}", series(name))
 }
 
 /// The attribute of what belongs to a series.
@@ -223,6 +230,11 @@ pub fn series(name: &str) -> String {
 pub fn label_room<'a>(names: impl Iterator<Item = &'a str>) -> f64 {
     let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
     26.0 + LETTER * letters as f64
+}
+
+/// Letters of a name that fit into a room.
+pub fn letters_in(room: f64) -> usize {
+    (room / LETTER) as usize
 }
 
 #[cfg(test)]

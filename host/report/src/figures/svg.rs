@@ -50,6 +50,23 @@ impl Svg {
         self.text.push('\n');
     }
 
+    /// Draws a plot that a page's reader may exchange for others: a file shows the first. `draw` gets each one's place.
+    pub fn choices(&mut self, names: &[&str], mut draw: impl FnMut(&mut Self, usize)) {
+        for (place, name) in names.iter().enumerate() {
+            let hidden = if place > 0 { " display=\"none\"" } else { "" };
+            self.raw(&format!("<g data-choice=\"{}\"{hidden}>", escaped(name)));
+            draw(self, place);
+            self.raw("</g>");
+        }
+    }
+
+    /// Draws what keeps its colours in the dark scheme of a page: shades of a scale, and what is written on them.
+    pub fn kept(&mut self, draw: impl FnOnce(&mut Self)) {
+        self.raw("<g data-kept=\"\">");
+        draw(self);
+        self.raw("</g>");
+    }
+
     /// Draws a straight line.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), style: &str) {
         self.raw(&format!(

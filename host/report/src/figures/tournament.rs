@@ -64,10 +64,12 @@ pub fn tournament(title: &str, every: u32, count: usize, scores: &[f64]) -> Stri
             }
         }
     }
-    for (place, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-        let colour = ramp(&HEAT, place as f64 / (SHADES - 1) as f64);
-        svg.raw(&format!("<path fill=\"{colour}\" d=\"{path}\"/>"));
-    }
+    svg.kept(|svg| {
+        for (place, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+            let colour = ramp(&HEAT, place as f64 / (SHADES - 1) as f64);
+            svg.raw(&format!("<path fill=\"{colour}\" d=\"{path}\"/>"));
+        }
+    });
     svg.finish()
 }
 

@@ -183,7 +183,7 @@ impl Played {
             ),
             (
                 TOURNAMENT_PROGRESS,
-                figures::learning_curve(&title, "mean score against all generations of the other", &both),
+                figures::learning_curve(&title, "mean score against all generations of the other", &both, None),
             ),
         ] {
             disk::write(&directory.join(file), text.as_bytes())?;

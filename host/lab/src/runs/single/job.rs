@@ -10,6 +10,7 @@ use oneiro_base::npy::{self, npy};
 use oneiro_evolve::appraisal::{Appraisal, by_mean};
 use oneiro_evolve::coevolution::{Coevolution, Scores};
 use oneiro_evolve::map_elites::Archive;
+use oneiro_evolve::race::Round;
 use oneiro_evolve::{Champion, Evolution, SavedEvolution};
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +23,7 @@ use super::trace::{TraceTable, trace_every};
 use super::transferred::{TERM, Transferred, positions};
 use super::{
     BEHAVIOUR, CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
-    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, TRACE, pictures, report,
+    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, TRACE, pictures, race, report,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::experiment::settings::{Settings, TrialScore};
@@ -95,6 +96,8 @@ struct Progressed {
     second: Option<Row>,
     /// The first generation on the robot.
     first_real: Option<Row>,
+    /// Of a race, all generations, if they are recorded.
+    rounds: Vec<Round>,
 }
 
 /// Saved state. It lacks the trace, which is requested again.
@@ -353,6 +356,17 @@ impl Evolving {
         })
     }
 
+    /// Episodes spent after each of so many generations.
+    fn spent(&self, generations: usize) -> Vec<u64> {
+        let settings = self.single.experiment.settings();
+        let rounds = &self.progressed.rounds;
+        if rounds.is_empty() {
+            let each = u64::from(settings.evolution.genomes_per_generation()) * u64::from(settings.trials);
+            return (1..=generations as u64).map(|done| done * each).collect();
+        }
+        race::spent(rounds, settings.trials).collect()
+    }
+
     fn scores(&self, fitness: &[f32]) -> Vec<f32> {
         let settings = self.single.experiment.settings();
         let lives = fitness.chunks_exact(settings.trials as usize);
@@ -409,6 +423,13 @@ impl Evolving {
             own.first_real = Some(row.clone());
         }
         (own.last, own.second) = (Some(row), second);
+        if let Some(round) = self.evolution.optimizer().round().filter(|_| self.has_directory) {
+            own.rounds.push(round);
+            added.push(Added {
+                file: race::FILE,
+                bytes: race::line(&own.rounds, settings.trials).into_bytes(),
+            });
+        }
         if settings.record.individuals && self.has_directory {
             let mut bytes = Vec::new();
             for (genome, fitness) in generation.population.genomes().zip(&generation.fitness) {
@@ -633,6 +654,8 @@ impl Job for Evolving {
                 appraisals: &self.appraisals(),
                 trace: self.trace.as_ref(),
                 rows: &rows,
+                spent: &self.spent(rows.len()),
+                rounds: &self.progressed.rounds,
                 archive,
             };
             let pictures = pictures::all(&drawn);

@@ -9,9 +9,10 @@ use oneiro_report::figures::Compared;
 use serde_json::json;
 
 use super::job::keys;
-use super::{Recorded, Replay, Single, taken, together};
+use super::{Recorded, Replay, Single, together};
 use crate::engine::handle::Engine;
 use crate::lives::Keys;
+use crate::runs::taken;
 
 /// The page.
 pub(super) const LEARNING: &str = "learning.html";

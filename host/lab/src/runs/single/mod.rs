@@ -23,12 +23,12 @@ mod learning;
 pub mod on_board;
 mod outcomes;
 mod pictures;
+pub(crate) mod race;
 mod realities;
 mod replay;
 mod report;
 mod rows;
 mod scene;
-mod taken;
 mod together;
 pub mod trace;
 mod transferred;
@@ -48,7 +48,7 @@ use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_base::plain;
-use oneiro_evolve::{Champion, Population};
+use oneiro_evolve::{Champion, Kind, Population};
 use oneiro_report::numbers::significant;
 use serde_json::json;
 
@@ -250,7 +250,7 @@ pub fn all_contents() -> Vec<Entry> {
         &[super::report::entry()],
         &texts(true),
         &archive_files(&archive::ELITES),
-        &[behaviour_file()],
+        &[behaviour_file(), race::entry()],
         &coevolution_files(),
         &[lives()],
         &replays(false),
@@ -604,6 +604,12 @@ impl super::Experiment for Single {
                 head: contents::head(&behaviour::COLUMNS).into_bytes(),
             });
         }
+        if matches!(recording, Recording::Directory { .. }) && self.experiment.settings().evolution.kind == Kind::Race {
+            tables.push(Table {
+                file: race::FILE,
+                head: race::head(),
+            });
+        }
         tables
     }
 
@@ -640,6 +646,9 @@ impl super::Experiment for Single {
         }
         if settings.evolution.uses_behaviour() {
             files.push(behaviour_file());
+        }
+        if settings.evolution.kind == Kind::Race {
+            files.push(race::entry());
         }
         if settings.evolution.is_coevolution() {
             files.extend(coevolution_files());

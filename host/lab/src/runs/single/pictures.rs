@@ -3,19 +3,21 @@
 pub(super) mod archive;
 mod learning_curve;
 mod path;
+mod race;
 
 use oneiro::batch::Trace;
 use oneiro_base::contents::Entry;
 use oneiro_evolve::Champion;
 use oneiro_evolve::appraisal::Appraisal;
 use oneiro_evolve::map_elites::Archive;
+use oneiro_evolve::race::Round;
 
 use super::Single;
 use super::rows::Row;
 use crate::experiment::Experiment;
 
 /// All pictures, in the order of a directory's description.
-const PICTURES: &[Picture] = &[path::PICTURE, learning_curve::PICTURE, archive::PICTURE];
+const PICTURES: &[Picture] = &[path::PICTURE, learning_curve::PICTURE, race::PICTURE, archive::PICTURE];
 
 /// A picture of a finished run.
 pub(super) struct Picture {
@@ -44,6 +46,10 @@ pub(super) struct Drawn<'a> {
     pub(super) trace: Option<&'a Trace>,
     /// The table of generations.
     pub(super) rows: &'a [Row],
+    /// Episodes spent after each generation.
+    pub(super) spent: &'a [u64],
+    /// Generations of a race.
+    pub(super) rounds: &'a [Round],
     /// The elites, if the optimiser keeps some.
     pub(super) archive: Option<&'a Archive>,
 }

@@ -10,9 +10,10 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_report::figures::Compared;
 use serde_json::json;
 
-use super::{Replay, Single, taken, together};
+use super::{Replay, Single, together};
 use crate::engine::handle::Engine;
 use crate::reality::site::{SEVERITY, Site};
+use crate::runs::taken;
 
 const NAMES: [&str; 2] = ["simulator", "surrogate"];
 

@@ -12,18 +12,19 @@ use oneiro_base::console::decimal;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
-use oneiro_report::figures::{self, EpisodeReplay};
+use oneiro_report::figures::{self, EpisodeReplay, Frames};
 use oneiro_report::numbers::significant;
 use serde_json::json;
 
 use super::individuals::Individuals;
 use super::job::{keys, score};
 use super::trace::TraceTable;
-use super::{Experiment, REPLAY, Recorded, Replay, Single, taken, together};
+use super::{Experiment, REPLAY, Recorded, Replay, Single, together};
 use crate::engine::handle::Engine;
 use crate::genomes;
 use crate::lives::Keys;
 use crate::reality::site::LIVES;
+use crate::runs::taken;
 
 /// A warning, before the reason.
 const NO_PAGE: &str = "there is no page that plays the episode";
@@ -139,6 +140,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     let every = replay.every.min(world.cycles());
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
+    taken::check_moment(replay, every, trace.len())?;
     let life = lives.fitness[replay.trial as usize];
     let title = title(&format!(", fitness {}", significant(life.into(), 6)));
     let spec = world.spec();
@@ -160,7 +162,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     } else if world.robots() == 1 {
         let episode = together::of_one(&world, shown.genes, &trace, every, &title);
         files.push(page(&episode)?);
-        taken = taken::write(replay, &episode)?;
+        taken = taken::write(replay, |side| Frames::new(&episode, side))?;
     } else {
         match together::watch(&world, &shown, replay.every, life, 1, engine)? {
             Ok(watched) => {
@@ -169,7 +171,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
                 let table = directory.join(format!("{stem}-robots.csv"));
                 disk::write(&table, watched.table().as_bytes())?;
                 files.push(table);
-                taken = taken::write(replay, &episode)?;
+                taken = taken::write(replay, |side| Frames::new(&episode, side))?;
             }
             Err(why) => warnings.push(format!("{NO_PAGE}: {why}")),
         }

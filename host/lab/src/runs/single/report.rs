@@ -8,6 +8,7 @@ use oneiro::parameter::Choice;
 use oneiro_base::console::counted;
 use oneiro_evolve::Champion;
 use oneiro_evolve::appraisal::Appraisal;
+use oneiro_evolve::race::Round;
 use oneiro_evolve::settings::Kind;
 use oneiro_report::figures::escaped;
 use oneiro_report::numbers::{Digits, count, shown};
@@ -36,7 +37,7 @@ pub(super) fn html(run: &Drawn<'_>, pictures: &[(&Picture, String)]) -> String {
     let [path, evolution] = [true, false].map(&mut figures);
     let sections = [
         Section::new("champion", "Champion", champion(run) + &path + &measured(run)),
-        Section::new("evolution", "Evolution", evolution + &finalists(run)),
+        Section::new("evolution", "Evolution", evolution + &races(run) + &finalists(run)),
         Section::new("settings", "Settings", settings(&run.experiment.changed())),
         Section::new("next", "What to do next", next(run)),
         Section::new("genes", "Genes", genes(run)),
@@ -135,6 +136,37 @@ fn measured(run: &Drawn<'_>) -> String {
         Head::Text("meaning"),
     ];
     table("", "Measures of that episode.", &head, &rows)
+}
+
+/// What became of the candidates of each race.
+fn races(run: &Drawn<'_>) -> String {
+    let mut before = 0;
+    let rounds: Vec<(&Round, u64)> = run.rounds.iter().zip(run.spent.iter().copied()).collect();
+    let races = rounds.chunk_by(|(a, _), (b, _)| a.race == b.race);
+    let rows: Vec<Row> = races
+        .filter_map(|own| {
+            let ((first, _), (last, spent)) = (own.first()?, own.last()?);
+            let episodes = spent - std::mem::replace(&mut before, *spent);
+            let numbers = [first.race.into(), first.candidates.into(), last.survivors.into()];
+            let numbers = numbers.into_iter().chain([own.len() as u64, episodes]);
+            Some(
+                numbers
+                    .map(|number| Cell::number(count(number)))
+                    .collect::<Vec<_>>()
+                    .into(),
+            )
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head = ["race", "candidates", "survivors", "generations", "episodes"].map(Head::Number);
+    table(
+        "Races",
+        "The next race samples new candidates around the survivors.",
+        &head,
+        &rows,
+    )
 }
 
 /// Those that were re-evaluated after the last generation.

@@ -6,13 +6,13 @@ use oneiro_base::console::Bars;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
-use oneiro_report::figures::{self, BEHAVIOURS, ForagersReplay, Genes, Teller};
+use oneiro_report::figures::{self, BEHAVIOURS, ForagersFrames, ForagersReplay, Genes, Teller};
 use serde_json::json;
 
 use super::{REPLAY, again, difference};
 use crate::engine::handle::Engine;
 use crate::experiment::swarm::SwarmExperiment;
-use crate::runs::{Recorded, Replay};
+use crate::runs::{Recorded, Replay, taken};
 use crate::swarm::record::RobotInterval;
 
 /// Repeats a finished run and writes a page that plays it.
@@ -35,14 +35,13 @@ pub(super) fn run(
         ("--robot", replay.surrogate.is_some()),
         ("--trial", replay.trial != 0),
         ("--every", replay.every != 1),
-        ("--picture", replay.picture.is_some()),
-        ("--film", replay.film.is_some()),
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
         return Err(Failure::usage(format_args!(
             "{option}: is given for the foraging study, which is replayed whole; allowed: with runs that have a champion"
         )));
     }
+    taken::check(replay)?;
     let job = again(experiment, recorded.seed, engine, bars)?;
     let run = job.run();
     if let Some(problem) = difference(&run, recorded.directory)? {
@@ -51,6 +50,8 @@ pub(super) fn run(
             recorded.directory.display()
         )));
     }
+    // The first line is after a second.
+    taken::check_moment(replay, SECOND, job.lines().len() + 1)?;
     let settings = experiment.settings();
     let genes: Vec<Vec<Genes>> = (0..run.intervals.first().map_or(0, Vec::len))
         .map(|robot| {
@@ -67,7 +68,7 @@ pub(super) fn run(
             run.intervals.iter().enumerate().map(of).collect()
         })
         .collect();
-    let page = figures::foragers_page(&ForagersReplay {
+    let episode = ForagersReplay {
         title: &format!("{}, seed {}", experiment.name(), recorded.seed),
         foragers: &settings.swarm(),
         lamp: settings.case.lamp(SECOND * settings.light_moves()),
@@ -76,16 +77,22 @@ pub(super) fn run(
         teller: Teller::Arena,
         lines: &figures::moments(job.lines(), SECOND),
         genes: &genes,
-    });
+    };
     let directory = replay.out;
     plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let path = directory.join(REPLAY);
-    disk::write(&path, page.as_bytes())?;
+    disk::write(&path, figures::foragers_page(&episode).as_bytes())?;
+    let taken = taken::write(replay, |side| ForagersFrames::new(&episode, side))?;
+    let [picture, film] = taken.map(|file| file.map(|file| file.display().to_string()));
     let value = json!({
         "brought": run.total(),
         "page": path.display().to_string(),
+        "picture": picture,
+        "film": film,
         "device": engine.name(),
     });
-    let text = format!("food {}, as recorded\n{}", run.total(), path.display());
+    let page = path.display().to_string();
+    let files: Vec<String> = std::iter::once(page).chain(picture).chain(film).collect();
+    let text = format!("food {}, as recorded\n{}", run.total(), files.join("\n"));
     Ok(Answer::new(text, value))
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use oneiro_base::exit::Result;
 use oneiro_report::figures::Spread;
+use oneiro_report::figures::plot::EPISODES;
 
 use super::Tables;
 use super::runs::Runs;
@@ -12,6 +13,9 @@ use super::table::Table;
 
 /// Maximum number of a line's values; more couldn't be distinguished.
 const MOST_POINTS: usize = 300;
+
+/// Column of the best score of a generation, and the name of an axis of the best so far.
+const BEST: (&str, &str) = ("best", "best score so far");
 
 /// Number of times on an axis of episodes.
 const TIMES: u64 = 200;
@@ -25,23 +29,24 @@ pub(crate) fn shared_times(ends: impl Iterator<Item = u64> + Clone) -> BTreeSet<
         .collect()
 }
 
-/// A run's best score at shared times up to its budget, from its first generation on. `best` has the best score of each generation, which
-/// have equal numbers of episodes.
-pub(crate) fn best_at(best: &[f64], end: u64, times: &BTreeSet<u64>) -> Vec<(u64, f64)> {
-    let generations = best.len() as u64;
-    let mut all = best.iter().copied();
-    let (mut done, mut best) = (0, f64::NAN);
+/// Episodes spent after each of so many generations, as if these had equal parts of a budget.
+pub(crate) fn in_equal_parts(budget: u64, generations: usize) -> Vec<u64> {
+    let generations = generations as u128;
+    let after = |done: u128| (u128::from(budget) * done).div_ceil(generations) as u64;
+    (1..=generations).map(after).collect()
+}
+
+/// A run's best score at shared times up to its budget, from its first generation on. `best` has the best score of each generation, and
+/// `spent` the episodes after it.
+pub(crate) fn best_at(best: &[f64], spent: &[u64], end: u64, times: &BTreeSet<u64>) -> Vec<(u64, f64)> {
+    let mut all = spent.iter().zip(best).peekable();
+    let mut best = None;
     let mut values = Vec::new();
     for &time in times.range(..=end) {
-        // A generation is over when its part of all episodes is spent.
-        while done < generations && u128::from(end) * u128::from(done + 1) <= u128::from(time) * u128::from(generations)
-        {
-            best = all.next().map_or(best, |score| best.max(score));
-            done += 1;
+        while let Some((_, score)) = all.next_if(|(spent, _)| **spent <= time) {
+            best = Some(best.map_or(*score, |best: f64| best.max(*score)));
         }
-        if done > 0 {
-            values.push((time, best));
-        }
+        values.extend(best.map(|best| (time, best)));
     }
     values
 }
@@ -51,6 +56,9 @@ pub(super) type Line = Vec<(f64, Spread)>;
 
 /// Means over runs by time.
 pub(super) struct Curves {
+    /// Names of the axes.
+    pub(super) across: String,
+    pub(super) up: String,
     /// Mean of all runs.
     pub(super) all: Line,
     /// Means of each factor's groups of levels.
@@ -63,48 +71,68 @@ pub(super) struct Curves {
 
 /// Sums, indexed by times in the order of their first occurrence.
 struct Sums {
+    times: Times,
     all: Vec<Moments>,
     /// By factor and group.
     groups: Vec<Vec<Vec<Moments>>>,
 }
 
-/// One run at one time: the values of its robots become one.
+/// One run at one time: the values of its robots become one, and so do their best scores.
 struct Moment {
     run: usize,
     time: u64,
+    value: Mean,
+    best: Mean,
+}
+
+#[derive(Default)]
+struct Mean {
     sum: f64,
     count: u32,
 }
 
+impl Mean {
+    fn add(&mut self, value: f64) {
+        if value.is_finite() {
+            self.sum += value;
+            self.count += 1;
+        }
+    }
+
+    fn value(&self) -> f64 {
+        self.sum / f64::from(self.count)
+    }
+}
+
 impl Curves {
-    /// Reads the table. Several rows of one run and time, such as those of robots, count as their mean; values that
+    /// Reads the table: curves by its times, and by episodes spent if those are known, in the order in which they are shown. Several rows of one run and time, such as those of robots, count as their mean; values that
     /// aren't numbers are left out.
     ///
     /// # Errors
     /// Exit 3 if there is no table. Exit 5 with the line that is invalid, belongs to no run, or isn't in order of time
     /// within its run. Exit 6 if reading fails.
-    pub(super) fn read(tables: &Tables<'_>, runs: &Runs) -> Result<Self> {
+    pub(super) fn read(tables: &Tables<'_>, runs: &Runs) -> Result<Vec<Self>> {
         let mut table = Table::open(tables.generations)?;
         let number = table.column("run")?;
         let (time, value) = (table.column(tables.time.0)?, table.column(tables.value.0)?);
-        let mut sums = Sums::new(runs);
-        let mut times = Times::default();
+        let score = tables.spent.as_ref().map(|_| table.column(BEST.0)).transpose()?;
+        let [mut by_time, mut by_episodes] = [Sums::new(runs), Sums::new(runs)];
         let mut seen = vec![false; runs.all.len()];
         let mut now: Option<Moment> = None;
-        let shared = shared_times(tables.spent.unwrap_or_default().iter().copied());
-        // The best value of each generation of a run, if lines are by episodes.
+        let ends = tables.spent.as_ref().map_or(&[][..], |spent| spent.ends);
+        let shared = shared_times(ends.iter().copied());
+        // The best score of each generation of a run.
         let mut best = Vec::new();
         let mut add = |moment: Moment, is_last: bool| {
             let run = moment.run;
-            let Some(ends) = tables.spent else {
-                return sums.add(runs, &moment, times.place(moment.time));
-            };
-            best.push(moment.sum / f64::from(moment.count));
+            by_time.add(runs, run, moment.time, moment.value.value());
+            best.push(moment.best.value());
             if is_last {
                 let end = ends.get(runs.all[run].number as usize).copied().unwrap_or(0);
-                for (time, sum) in best_at(&std::mem::take(&mut best), end, &shared) {
-                    let count = 1;
-                    sums.add(runs, &Moment { run, time, sum, count }, times.place(time));
+                let best = std::mem::take(&mut best);
+                let spent = in_equal_parts(end, best.len());
+                for (time, best) in best_at(&best, &spent, end, &shared) {
+                    by_episodes.add(runs, run, time, best);
                 }
             }
         };
@@ -141,19 +169,23 @@ impl Curves {
             let moment = now.get_or_insert(Moment {
                 run,
                 time: at,
-                sum: 0.0,
-                count: 0,
+                value: Mean::default(),
+                best: Mean::default(),
             });
-            let value = table.number(value)?;
-            if value.is_finite() {
-                moment.sum += value;
-                moment.count += 1;
+            moment.value.add(table.number(value)?);
+            if let Some(score) = score {
+                moment.best.add(table.number(score)?);
             }
         }
         if let Some(moment) = now {
             add(moment, true);
         }
-        Ok(sums.curves(&times))
+        let mut all = vec![by_time.curves(tables.time.1, tables.value.1)];
+        if let Some(spent) = &tables.spent {
+            let by_episodes = by_episodes.curves(EPISODES, BEST.1);
+            all.insert(usize::from(!spent.is_first), by_episodes);
+        }
+        Ok(all)
     }
 
     /// First and last time.
@@ -194,14 +226,15 @@ impl Sums {
     fn new(runs: &Runs) -> Self {
         let groups = runs.factors.iter().map(|factor| vec![Vec::new(); factor.groups.len()]);
         Self {
+            times: Times::default(),
             all: Vec::new(),
             groups: groups.collect(),
         }
     }
 
-    fn add(&mut self, runs: &Runs, moment: &Moment, time: usize) {
-        let value = moment.sum / f64::from(moment.count);
-        let run = &runs.all[moment.run];
+    fn add(&mut self, runs: &Runs, run: usize, time: u64, value: f64) {
+        let time = self.times.place(time);
+        let run = &runs.all[run];
         let groups = self.groups.iter_mut().enumerate();
         let own = groups.map(|(factor, groups)| &mut groups[runs.group(run, factor)]);
         for line in std::iter::once(&mut self.all).chain(own) {
@@ -214,7 +247,8 @@ impl Sums {
         }
     }
 
-    fn curves(&self, times: &Times) -> Curves {
+    fn curves(&self, across: &str, up: &str) -> Curves {
+        let times = &self.times;
         let stride = times.all.len().div_ceil(MOST_POINTS).max(1);
         let last = times.all.len().saturating_sub(1);
         let drawn = times.places.iter().enumerate();
@@ -231,6 +265,8 @@ impl Sums {
         };
         let counts = || self.all.iter().map(|moments| moments.count);
         Curves {
+            across: across.to_owned(),
+            up: up.to_owned(),
             all: line(&self.all),
             groups: self
                 .groups

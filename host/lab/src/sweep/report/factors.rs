@@ -189,7 +189,7 @@ fn anchor(place: usize) -> String {
 pub(super) fn one_by_one(
     tables: &Tables<'_>,
     runs: &Runs,
-    curves: &Curves,
+    curves: &[Curves],
     samples: &[Vec<Sample>],
     effects: &Effects,
 ) -> Section {

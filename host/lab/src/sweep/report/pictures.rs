@@ -22,17 +22,21 @@ const RATIO: f64 = 10.0;
 const LETTERS: usize = 24;
 
 /// Draws the lines over time and the outcomes for the levels of one factor.
-pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples: &[Sample], place: usize) -> String {
+pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &[Curves], samples: &[Sample], place: usize) -> String {
     let own = &runs.factors[place];
     let styles = level_styles(own.groups.len(), own.is_ordered());
     let labels: Vec<String> = own.groups.iter().map(|group| clipped(&group.label)).collect();
     let of_lines = greatest(samples, MOST_LINES);
-    let line = |&group: &usize| Drawn {
-        label: &labels[group],
-        style: &styles[group],
-        line: &curves.groups[place][group],
-    };
-    let lines: Vec<Drawn<'_>> = of_lines.iter().map(line).collect();
+    let by = format!("By {}", own.name);
+    let panels = curves.iter().map(|curves| {
+        let line = |&group: &usize| Drawn {
+            label: &labels[group],
+            style: &styles[group],
+            line: &curves.groups[place][group],
+        };
+        panel(&by, curves, &of_lines.iter().map(line).collect::<Vec<_>>())
+    });
+    let panels: Vec<Panel<'_>> = panels.collect();
     let scale = scale(own);
     let drawn = Marks::of(tables, samples.iter().map(|sample| sample.values.len()).sum());
     let of_columns = greatest(samples, MOST_COLUMNS);
@@ -63,7 +67,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
     };
     let svg = factor(
         &format!("{}: how runs went, and what came out", own.name),
-        &panel(tables, &format!("By {}", own.name), curves, &lines),
+        &panels,
         &outcomes(tables, &across, scale, &columns),
     );
     let [unit, units] = own.unit();
@@ -77,8 +81,8 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
     let words = format!(
         "{}. Left: {}, mean of the runs of each {unit}; {}.{} Right: {}, {}.{}",
         own.name,
-        tables.value.1,
-        band_words(curves),
+        values(curves),
+        band_words(&curves[0]),
         some(of_lines.len()),
         tables.outcome.1,
         drawn.words(),
@@ -88,18 +92,22 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
 }
 
 /// Draws all runs together.
-pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> String {
+pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &[Curves]) -> String {
     let all = runs.outcomes();
     let drawn = Marks::of(tables, all.values.len());
     let style = (level_styles(1, false)[0].0.clone(), "");
-    let line = Drawn {
-        label: "",
-        style: &style,
-        line: &curves.all,
-    };
+    let panels = curves.iter().map(|curves| {
+        let line = Drawn {
+            label: "",
+            style: &style,
+            line: &curves.all,
+        };
+        panel("All runs", curves, &[line])
+    });
+    let panels: Vec<Panel<'_>> = panels.collect();
     let svg = factor(
         "How runs went, and what came out",
-        &panel(tables, "All runs", curves, &[line]),
+        &panels,
         &outcomes(
             tables,
             "",
@@ -109,8 +117,8 @@ pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> Str
     );
     let words = format!(
         "Left: {}, mean of all runs; {}. Right: {}, {}.",
-        tables.value.1,
-        band_words(curves),
+        values(curves),
+        band_words(&curves[0]),
         tables.outcome.1,
         drawn.words(),
     );
@@ -149,7 +157,7 @@ struct Drawn<'a> {
     line: &'a Line,
 }
 
-fn panel<'a>(tables: &Tables<'a>, title: &'a str, curves: &Curves, lines: &[Drawn<'a>]) -> Panel<'a> {
+fn panel<'a>(title: &'a str, curves: &'a Curves, lines: &[Drawn<'a>]) -> Panel<'a> {
     let spreads = || lines.iter().flat_map(|drawn| drawn.line).map(|(_, spread)| spread);
     let finite = |value: &f64| value.is_finite();
     let low = spreads()
@@ -169,8 +177,8 @@ fn panel<'a>(tables: &Tables<'a>, title: &'a str, curves: &Curves, lines: &[Draw
     };
     Panel {
         title,
-        across: tables.time.1,
-        up: tables.value.1,
+        across: &curves.across,
+        up: &curves.up,
         from,
         to,
         low,
@@ -219,6 +227,15 @@ fn scale(factor: &Factor) -> Scale {
 fn middle(factor: &Factor) -> f64 {
     let values: Vec<f64> = factor.levels.iter().map(|level| level.value).collect();
     quantile_of_sorted(&values, 0.5)
+}
+
+/// Caption for what lines show, by each axis that a reader may choose.
+fn values(curves: &[Curves]) -> String {
+    let [first, others @ ..] = curves else {
+        return String::new();
+    };
+    let others = others.iter().map(|own| format!(" (or by {}: {})", own.across, own.up));
+    first.up.clone() + &others.collect::<String>()
 }
 
 /// Caption for lines and their bands.

@@ -703,7 +703,7 @@ fn rows_of_one_time_count_as_their_mean() {
     ];
     let example = Example::with("robots", &["a"], &runs, &generations);
     let curves = example.tables(|tables| Curves::read(tables, &Runs::read(tables)?));
-    let curves = curves.unwrap_or_else(|failure| panic!("{failure}"));
+    let curves = curves.unwrap_or_else(|failure| panic!("{failure}")).remove(0);
     let means = |line: &curves::Line| {
         line.iter()
             .map(|(time, spread)| (*time, spread.mean))
@@ -724,12 +724,56 @@ fn rows_of_one_time_count_as_their_mean() {
     assert!(example.report().html.contains("means are of 1 to 3 runs in all"));
 }
 
+/// Runs of equal generations and unequal budgets, by both axes, in the order that is asked for.
+#[test]
+fn curves_are_also_by_episodes_spent() {
+    let text = |run: u64, scores: [f64; 2]| [0, 1].map(|time| (run, time, scores[time as usize].to_string()));
+    let generations = [text(0, [3.0, 1.0]), text(1, [4.0, 8.0])].concat();
+    let runs = [(vec!["a".into()], 1, 3.0), (vec!["b".into()], 1, 8.0)];
+    let example = Example::with("episodes", &["f"], &runs, &generations);
+    let read = |is_first| {
+        let ends = [100, 200];
+        example.tables(|tables| {
+            let spent = Some(Spent { ends: &ends, is_first });
+            let (all, html) = {
+                let tables = Tables {
+                    spent,
+                    unfinished: None,
+                    ..*tables
+                };
+                let all = Curves::read(&tables, &Runs::read(&tables).unwrap()).unwrap();
+                (all, report(&tables).unwrap().html)
+            };
+            (all, html)
+        })
+    };
+    let (all, html) = read(false);
+    assert_eq!([&*all[0].across, &*all[1].across], ["generation", "episodes spent"]);
+    let means = |line: &curves::Line| -> Vec<f64> { line.iter().map(|(_, spread)| spread.mean).collect() };
+    let groups: Vec<Vec<f64>> = all[0].groups[0].iter().map(means).collect();
+    assert_eq!(groups, [[3.0, 1.0], [4.0, 8.0]]);
+    let at = |group: usize, time: f64| {
+        let line = &all[1].groups[0][group];
+        line.iter().find(|own| own.0 == time).unwrap().1.mean
+    };
+    // The best so far, from the end of the first generation to that of the budget.
+    assert!(at(0, 50.0) == 3.0 && at(0, 100.0) == 3.0 && at(0, 101.0).is_nan());
+    assert!(at(1, 99.0).is_nan() && at(1, 100.0) == 4.0 && at(1, 200.0) == 8.0);
+    let places = |html: &str| {
+        ["generation", "episodes spent"].map(|name| html.find(&format!("<g data-choice=\"{name}\"")).unwrap())
+    };
+    let [generation, episodes] = places(&html);
+    assert!(generation < episodes && html.contains("(or by episodes spent: best score so far)"));
+    let [generation, episodes] = places(&read(true).1);
+    assert!(episodes < generation);
+}
+
 #[test]
 fn long_runs_are_thinned_out_and_end_where_they_do() {
     let generations: Vec<Generation> = (0..1000).map(|time| (0, time, time.to_string())).collect();
     let example = Example::with("long", &[], &[(vec![], 1, 1.0)], &generations);
     let curves = example.tables(|tables| Curves::read(tables, &Runs::read(tables)?));
-    let curves = curves.unwrap_or_else(|failure| panic!("{failure}"));
+    let curves = curves.unwrap_or_else(|failure| panic!("{failure}")).remove(0);
     assert_eq!((curves.stride, curves.all.len()), (4, 251));
     let (last, spread) = curves.all[250];
     assert_eq!((last, spread.mean), (999.0, 999.0));

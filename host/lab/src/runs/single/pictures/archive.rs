@@ -59,7 +59,12 @@ pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], 
         let key = format!("fitness from {} (light) to {} (dark)", words(low), words(high));
         svg.words((LEFT, 50.0), 12.0, Anchor::Start, SOFT, &key);
     }
+    svg.kept(|svg| {
+        let size = (plot.right - plot.left, plot.bottom - plot.top);
+        svg.rectangle((plot.left, plot.top), size, "fill=\"#ffffff\"");
+    });
     plot.axes(&mut svg, across.0, up.0);
+    svg.raw("<g data-kept=\"\">");
     for &[x, y, fitness] in elites {
         let share = if high > low {
             (fitness - low) / (high - low)
@@ -71,6 +76,7 @@ pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], 
         let style = format!("fill=\"{}\"", ramp(&HEAT, share));
         svg.rectangle(corner, (SIDE, SIDE), &style);
     }
+    svg.raw("</g>");
     svg.finish()
 }
 

@@ -23,6 +23,6 @@ pub(super) const PICTURE: Picture = Picture {
             series(&peak, |row| row.peak),
             series("mean", |row| row.mean),
         ];
-        Some(figures::learning_curve(&title, "fitness", &lines))
+        Some(figures::learning_curve(&title, "fitness", &lines, Some(run.spent)))
     },
 };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
-use oneiro_report::figures::{self, EpisodeReplay, Frames};
+use oneiro_report::figures::{self, EpisodeReplay, Film, Frames};
 
 use super::Replay;
 
@@ -45,24 +45,39 @@ pub(super) fn check(replay: &Replay<'_>) -> Result {
                 "{option} {shown}: this build draws no pixels; allowed: --picture FILE.svg, or a build with the feature `film`"
             )));
         }
+        if let Some(folder) = file.parent().filter(|own| !own.as_os_str().is_empty() && !own.is_dir()) {
+            return Err(Failure::input(format_args!(
+                "{option} {shown}: there is no folder {}; allowed: a file in a folder that exists",
+                folder.display()
+            )));
+        }
     }
     Ok(())
 }
 
+/// Refuses a moment after the last of so many records.
+pub(super) fn check_moment(replay: &Replay<'_>, every: u32, records: usize) -> Result {
+    let cycles = u64::from(every) * records.saturating_sub(1) as u64;
+    let last = cycles as f64 / 10.0;
+    match replay.at {
+        Some(at) if at > last => Err(Failure::input(format_args!(
+            "--at {at}: is after the end of the episode; allowed: 0 to {last}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Writes the files; returns their paths, the picture's and the film's.
-pub(super) fn write(replay: &Replay<'_>, episode: &EpisodeReplay<'_>) -> Result<[Option<PathBuf>; 2]> {
+pub(super) fn write<F: Film>(replay: &Replay<'_>, frames: impl Fn(f64) -> F) -> Result<[Option<PathBuf>; 2]> {
     let written = |file: &Path, content: &[u8]| disk::write(file, content).map(|()| file.to_owned());
     let picture = replay.picture.map(|file| {
-        let frames = Frames::new(episode, PICTURE);
-        let svg = frames.at(replay.at.unwrap_or(f64::INFINITY));
+        let svg = frames(PICTURE).at(replay.at.unwrap_or(f64::INFINITY));
         match file.extension() {
             Some(ending) if ending.eq_ignore_ascii_case("svg") => written(file, svg.as_bytes()),
             _ => written(file, &png(&svg)),
         }
     });
-    let film = replay
-        .film
-        .map(|file| written(file, &film(&Frames::new(episode, FILM), replay)?));
+    let film = replay.film.map(|file| written(file, &film(&frames(FILM), replay)?));
     Ok([picture.transpose()?, film.transpose()?])
 }
 
@@ -77,9 +92,10 @@ pub(super) fn write_with_page(
             "--generations: swarms of several generations are not in one picture or film; allowed: --generation N",
         ));
     }
+    check_moment(replay, episodes.every, episodes.robots[0].len())?;
     plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     disk::write(page, figures::episode_page(episodes).as_bytes())?;
-    Ok(write(replay, episodes)?.map(|file| file.map(|file| file.display().to_string())))
+    Ok(write(replay, |side| Frames::new(episodes, side))?.map(|file| file.map(|file| file.display().to_string())))
 }
 
 #[cfg(feature = "film")]
@@ -87,7 +103,7 @@ use oneiro_report::raster::png;
 
 /// The film, at the wanted speed.
 #[cfg(feature = "film")]
-fn film(frames: &Frames<'_>, replay: &Replay<'_>) -> Result<Vec<u8>> {
+fn film(frames: &impl Film, replay: &Replay<'_>) -> Result<Vec<u8>> {
     let speed = replay.speed.unwrap_or((frames.seconds() / LASTING).max(1.0));
     // GIF counts hundredths of a second. No two frames are of one record.
     let hundredths = (100.0 * (frames.step() / speed).max(1.0 / RATE)).round();
@@ -110,6 +126,6 @@ fn png(_: &str) -> Vec<u8> {
 }
 
 #[cfg(not(feature = "film"))]
-fn film(_: &Frames<'_>, _: &Replay<'_>) -> Result<Vec<u8>> {
+fn film(_: &impl Film, _: &Replay<'_>) -> Result<Vec<u8>> {
     unreachable!("it was refused")
 }
