@@ -60,8 +60,8 @@ impl Code {
         let bytes = reader.part()?.to_vec();
         let code = Self {
             lanes,
-            reach,
             target,
+            reach,
             strides,
             bytes,
         };

@@ -34,7 +34,8 @@ mod share;
 mod stack;
 #[cfg(feature = "ahead")]
 mod toolchain;
-#[cfg(all(target_arch = "x86_64", not(windows)))]
+// The code is called by the convention that other systems than Windows have on this architecture.
+#[cfg_attr(not(all(target_arch = "x86_64", unix)), path = "no_wide.rs")]
 mod wide;
 
 use cranelift_codegen::isa::OwnedTargetIsa;

@@ -317,7 +317,7 @@ impl Wide {
         if let [Some(all), _] | [_, Some(all)] = [a, b].map(|value| self.lanes_of(value)) {
             let other = if self.lanes_of(a).is_some() { b } else { a };
             match (op, all) {
-                (Binary::And, true) | (Binary::Or | Binary::Xor | Binary::NotEqual, false) | (Binary::Equal, true) => {
+                (Binary::And | Binary::Equal, true) | (Binary::Or | Binary::Xor | Binary::NotEqual, false) => {
                     return other;
                 }
                 (Binary::And, false) | (Binary::Or, true) => return self.mask(Op::Lanes(all), &[]),

@@ -118,6 +118,27 @@ impl Evex {
     }
 }
 
+/// An instruction with a VEX prefix, without its operands.
+#[derive(Clone, Copy, Debug)]
+struct Vex {
+    map: u8,
+    prefix: Prefix,
+    is_long: bool,
+    opcode: u8,
+}
+
+impl Vex {
+    /// `is_long` here means three operands.
+    fn of_masks(is_long: bool, opcode: u8) -> Self {
+        Self {
+            map: 1,
+            prefix: Prefix::None,
+            is_long,
+            opcode,
+        }
+    }
+}
+
 /// Constants behind the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Constant {
@@ -235,15 +256,12 @@ impl Bytes {
     }
 
     fn with_number(&mut self, is_long: bool, number_of_op: u8, to: Register, number: u32) {
-        match i8::try_from(number as i32) {
-            Ok(short) => {
-                self.general(is_long, &[0x83], number_of_op, Place::In(to));
-                self.byte(short as u8);
-            }
-            Err(_) => {
-                self.general(is_long, &[0x81], number_of_op, Place::In(to));
-                self.number(number);
-            }
+        if let Ok(short) = i8::try_from(number as i32) {
+            self.general(is_long, &[0x83], number_of_op, Place::In(to));
+            self.byte(short as u8);
+        } else {
+            self.general(is_long, &[0x81], number_of_op, Place::In(to));
+            self.number(number);
         }
     }
 
@@ -299,7 +317,13 @@ impl Bytes {
             Shift::Right => Prefix::PF2,
             Shift::SignedRight => Prefix::PF3,
         };
-        self.vex(2, prefix, false, 0xf7, to, count, Place::In(from));
+        let op = Vex {
+            map: 2,
+            prefix,
+            is_long: false,
+            opcode: 0xf7,
+        };
+        self.vex(op, to, count, Place::In(from));
     }
 
     /// Replaces a register by another if the condition holds.
@@ -364,16 +388,7 @@ impl Bytes {
 
     // Masks.
 
-    fn vex(
-        &mut self,
-        map: u8,
-        prefix: Prefix,
-        is_long: bool,
-        opcode: u8,
-        register: Register,
-        other: Register,
-        place: Place,
-    ) {
+    fn vex(&mut self, op: Vex, register: Register, other: Register, place: Place) {
         let (base, index) = match place {
             Place::In(other) | Place::At(Memory::At(other, _)) => (other, 0),
             Place::At(Memory::Indexed(base, index, _)) => (base, index),
@@ -381,9 +396,9 @@ impl Bytes {
         };
         let extensions = bit(register, 3) << 7 | bit(index, 3) << 6 | bit(base, 3) << 5;
         self.byte(0xc4);
-        self.byte(extensions ^ 0xe0 | map);
-        self.byte((!other & 15) << 3 | u8::from(is_long) << 2 | prefix as u8);
-        self.byte(opcode);
+        self.byte(extensions ^ 0xe0 | op.map);
+        self.byte((!other & 15) << 3 | u8::from(op.is_long) << 2 | op.prefix as u8);
+        self.byte(op.opcode);
         self.operand(register, place, 1, 0);
     }
 
@@ -395,32 +410,32 @@ impl Bytes {
             Logic::Same => 0x46,
             Logic::Xor => 0x47,
         };
-        self.vex(1, Prefix::None, true, opcode, to, a, Place::In(b));
+        self.vex(Vex::of_masks(true, opcode), to, a, Place::In(b));
     }
 
     pub(super) fn invert_mask(&mut self, to: Register, from: Register) {
-        self.vex(1, Prefix::None, false, 0x44, to, 0, Place::In(from));
+        self.vex(Vex::of_masks(false, 0x44), to, 0, Place::In(from));
     }
 
     /// Sets the flag of zero if no lane is set.
     pub(super) fn test_mask(&mut self, mask: Register) {
-        self.vex(1, Prefix::None, false, 0x98, mask, 0, Place::In(mask));
+        self.vex(Vex::of_masks(false, 0x98), mask, 0, Place::In(mask));
     }
 
     pub(super) fn copy_mask(&mut self, to: Register, from: Place) {
-        self.vex(1, Prefix::None, false, 0x90, to, 0, from);
+        self.vex(Vex::of_masks(false, 0x90), to, 0, from);
     }
 
     pub(super) fn save_mask(&mut self, to: Memory, from: Register) {
-        self.vex(1, Prefix::None, false, 0x91, from, 0, Place::At(to));
+        self.vex(Vex::of_masks(false, 0x91), from, 0, Place::At(to));
     }
 
     pub(super) fn mask_of_bits(&mut self, to: Register, from: Register) {
-        self.vex(1, Prefix::None, false, 0x92, to, 0, Place::In(from));
+        self.vex(Vex::of_masks(false, 0x92), to, 0, Place::In(from));
     }
 
     pub(super) fn bits_of_mask(&mut self, to: Register, from: Register) {
-        self.vex(1, Prefix::None, false, 0x93, to, 0, Place::In(from));
+        self.vex(Vex::of_masks(false, 0x93), to, 0, Place::In(from));
     }
 
     // Vectors.

@@ -319,9 +319,9 @@ impl Graph {
         self.drop_same();
         for block in &self.order {
             let mut insts = std::mem::take(&mut self.blocks[*block].insts);
-            insts
-                .iter_mut()
-                .for_each(|inst| inst.args.each(|value| self.resolved(value)));
+            for inst in &mut insts {
+                inst.args.each(|value| self.resolved(value));
+            }
             self.blocks[*block].insts = insts;
         }
         self.drop_unneeded(folds);

@@ -178,8 +178,13 @@ impl Op {
     pub(super) fn takes_memory(self) -> Option<usize> {
         match self {
             Self::One(_) | Self::ByNumber(..) => Some(0),
-            Self::Two(_) | Self::Test(_) | Self::Blend | Self::Masked => Some(1),
-            Self::Arithmetic(_) | Self::Compare(_) | Self::IfCompare(_) => Some(1),
+            Self::Two(_)
+            | Self::Test(_)
+            | Self::Blend
+            | Self::Masked
+            | Self::Arithmetic(_)
+            | Self::Compare(_)
+            | Self::IfCompare(_) => Some(1),
             _ => None,
         }
     }

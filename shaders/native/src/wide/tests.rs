@@ -174,7 +174,7 @@ fn vectors(both: &mut Both, random: &mut Random) {
         let (has_other, other_number) = (kinds[1] != b'-', if kinds[1] == b'-' { 0 } else { other });
         let mut text = format!("{name} {},", named(kinds[0], result));
         if has_other {
-            text += &format!("{},", named(kinds[1], other));
+            text = format!("{text}{},", named(kinds[1], other));
         }
         let number = match name {
             "vrndscaleps" => ",0x9",
@@ -185,7 +185,7 @@ fn vectors(both: &mut Both, random: &mut Random) {
         both.add(format!("{text}{}{number}", named(kinds[2], last)), |bytes| {
             bytes.evex(op, result, other_number, Place::In(last), Under::default());
         });
-        if matches!(kinds[2], b'z' | b'y' | b'x') && !(kinds[0] == b'd') {
+        if matches!(kinds[2], b'z' | b'y' | b'x') && kinds[0] != b'd' {
             let (base, distance) = (random.general(), random.distance());
             let size = match (kinds[2], name) {
                 (b'z', _) => "ZMMWORD",
@@ -278,16 +278,16 @@ fn integers(both: &mut Both, random: &mut Random) {
     let place = format!("[{}{}]", long(base), signed(distance));
     let memory = Memory::At(base, distance);
     both.add(format!("mov {},{number:#x}", short(a)), |bytes| {
-        bytes.set_number(a, number)
+        bytes.set_number(a, number);
     });
     both.add(format!("mov {},{}", long(a), long(b)), |bytes| {
-        bytes.copy(true, a, Place::In(b))
+        bytes.copy(true, a, Place::In(b));
     });
     both.add(format!("mov {},DWORD PTR {place}", short(a)), |bytes| {
-        bytes.copy(false, a, Place::At(memory))
+        bytes.copy(false, a, Place::At(memory));
     });
     both.add(format!("mov QWORD PTR {place},{}", long(a)), |bytes| {
-        bytes.save(true, memory, a)
+        bytes.save(true, memory, a);
     });
     for (op, name) in [
         (Arithmetic::Add, "add"),
@@ -297,25 +297,25 @@ fn integers(both: &mut Both, random: &mut Random) {
         (Arithmetic::Xor, "xor"),
     ] {
         both.add(format!("{name} {},{}", short(a), short(b)), |bytes| {
-            bytes.arithmetic(false, op, a, Place::In(b))
+            bytes.arithmetic(false, op, a, Place::In(b));
         });
         both.add(format!("{name} {},DWORD PTR {place}", short(a)), |bytes| {
             bytes.arithmetic(false, op, a, Place::At(memory));
         });
         both.add(format!("{name} {},{number:#x}", short(a)), |bytes| {
-            bytes.arithmetic_with_number(false, op, a, number)
+            bytes.arithmetic_with_number(false, op, a, number);
         });
     }
     both.add(format!("cmp {},{}", short(a), short(b)), |bytes| {
-        bytes.compare(a, Place::In(b))
+        bytes.compare(a, Place::In(b));
     });
     both.add(format!("cmp {},{number:#x}", short(a)), |bytes| {
-        bytes.compare_with_number(a, number)
+        bytes.compare_with_number(a, number);
     });
     both.add(format!("test {},{}", short(a), short(a)), |bytes| bytes.test(a));
     both.add(format!("imul {},{}", short(a), short(b)), |bytes| bytes.multiply(a, b));
     both.add(format!("imul {},{},{number:#x}", short(a), short(b)), |bytes| {
-        bytes.multiply_by(a, b, number)
+        bytes.multiply_by(a, b, number);
     });
     both.add(format!("neg {}", short(a)), |bytes| bytes.negate(a));
     both.add(format!("not {}", short(a)), |bytes| bytes.invert(a));
@@ -327,10 +327,10 @@ fn integers(both: &mut Both, random: &mut Random) {
     ] {
         let count = 2 + random.below(30) as u8;
         both.add(format!("{by_number} {},{count:#x}", short(a)), |bytes| {
-            bytes.shift_by(op, a, count)
+            bytes.shift_by(op, a, count);
         });
         both.add(format!("{name} {},{},{}", short(a), short(b), short(c)), |bytes| {
-            bytes.shift(op, a, b, c)
+            bytes.shift(op, a, b, c);
         });
     }
     for (condition, name) in [
@@ -347,10 +347,10 @@ fn integers(both: &mut Both, random: &mut Random) {
         (Condition::Greater, "g"),
     ] {
         both.add(format!("cmov{name} {},{}", short(a), short(b)), |bytes| {
-            bytes.copy_if(condition, a, b)
+            bytes.copy_if(condition, a, b);
         });
         both.add(format!("set{name} {}", BYTES[a as usize]), |bytes| {
-            bytes.set_if(condition, a)
+            bytes.set_if(condition, a);
         });
         both.text.push(format!("movzx {},{}", short(a), BYTES[a as usize]));
     }
@@ -383,16 +383,16 @@ fn masks(both: &mut Both, random: &mut Random) {
     both.add(format!("kortestw k{a},k{a}"), |bytes| bytes.test_mask(a));
     both.add(format!("kmovw k{a},k{b}"), |bytes| bytes.copy_mask(a, Place::In(b)));
     both.add(format!("kmovw k{a},{place}"), |bytes| {
-        bytes.copy_mask(a, Place::At(Memory::At(base, distance)))
+        bytes.copy_mask(a, Place::At(Memory::At(base, distance)));
     });
     both.add(format!("kmovw {place},k{a}"), |bytes| {
-        bytes.save_mask(Memory::At(base, distance), a)
+        bytes.save_mask(Memory::At(base, distance), a);
     });
     both.add(format!("kmovw k{a},{}", short(general)), |bytes| {
-        bytes.mask_of_bits(a, general)
+        bytes.mask_of_bits(a, general);
     });
     both.add(format!("kmovw {},k{a}", short(general)), |bytes| {
-        bytes.bits_of_mask(general, a)
+        bytes.bits_of_mask(general, a);
     });
 }
 

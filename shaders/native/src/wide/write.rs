@@ -1,6 +1,6 @@
 //! Writes the bytes of a function whose values have registers.
 
-use regalloc2::{Allocation, AllocationKind, Block, Edit, InstOrEdit, Output, RegClass};
+use regalloc2::{Allocation, AllocationKind, Block, Edit, InstOrEdit, Output, PReg, RegClass};
 
 use super::allocate::Function;
 use super::encode::{Bytes, Condition, Constant, Label, Memory, Place, RAX, RBP, RBX, RDX, RSP, Register, Under};
@@ -149,19 +149,11 @@ impl Writer<'_> {
         }
     }
 
-    fn stack(&self, at: Allocation) -> Memory {
-        let slot = at.as_stack().expect("it is on the stack");
-        Memory::At(RSP, slot.index() as i32 * 8)
-    }
-
     fn copy(&mut self, from: Allocation, to: Allocation) {
-        let class = [from, to]
-            .iter()
-            .find_map(|at| at.as_reg())
-            .map(|register| register.class());
+        let class = [from, to].iter().find_map(|at| at.as_reg()).map(PReg::class);
         let place = match from.kind() {
             AllocationKind::Reg => Place::In(register(from)),
-            _ => Place::At(self.stack(from)),
+            _ => Place::At(stack(from)),
         };
         match (class, to.kind()) {
             (Some(RegClass::Int), AllocationKind::Reg) => self.bytes.copy(true, register(to), place),
@@ -169,10 +161,10 @@ impl Writer<'_> {
             (Some(RegClass::Vector), AllocationKind::Reg) => {
                 self.bytes.evex(x86::VMOVAPS, register(to), 0, place, Under::default());
             }
-            (Some(RegClass::Int), _) => self.bytes.save(true, self.stack(to), register(from)),
-            (Some(RegClass::Float), _) => self.bytes.save_mask(self.stack(to), register(from)),
+            (Some(RegClass::Int), _) => self.bytes.save(true, stack(to), register(from)),
+            (Some(RegClass::Float), _) => self.bytes.save_mask(stack(to), register(from)),
             (Some(RegClass::Vector), _) => {
-                let to = Place::At(self.stack(to));
+                let to = Place::At(stack(to));
                 self.bytes
                     .evex(x86::VMOVAPS_STORE, register(from), 0, to, Under::default());
             }
@@ -192,7 +184,7 @@ impl Writer<'_> {
         let allocated = allocated.expect("an operand that isn't folded has a place");
         match allocated.kind() {
             AllocationKind::Reg => Place::In(register(*allocated)),
-            _ => Place::At(self.stack(*allocated)),
+            _ => Place::At(stack(*allocated)),
         }
     }
 
@@ -423,6 +415,11 @@ impl Writer<'_> {
             self.bytes.compare(register(at[0]), with);
         }
     }
+}
+
+fn stack(at: Allocation) -> Memory {
+    let slot = at.as_stack().expect("it is on the stack");
+    Memory::At(RSP, slot.index() as i32 * 8)
 }
 
 fn register(at: Allocation) -> Register {
