@@ -84,31 +84,27 @@ pub fn sensor_table(table: &SensorTable) -> String {
 /// Draws the key to the shades.
 fn key(svg: &mut Svg, right: f64) {
     let width = 140.0 / f64::from(SHADES);
-    svg.kept(|svg| {
-        for shade in 0..SHADES {
-            let x = right - 140.0 + f64::from(shade) * width;
-            svg.rectangle((x, 24.0), (width + 0.3, 10.0), &format!("fill=\"{}\"", colour(shade)));
-        }
-    });
+    for shade in 0..SHADES {
+        let x = right - 140.0 + f64::from(shade) * width;
+        svg.rectangle((x, 24.0), (width + 0.3, 10.0), &format!("fill=\"{}\"", colour(shade)));
+    }
     svg.words((right - 148.0, 33.0), 12.0, Anchor::End, SOFT, "reading");
     svg.words((right - 140.0, 48.0), 12.0, Anchor::Start, SOFT, "0");
     svg.words((right, 48.0), 12.0, Anchor::End, SOFT, &GREATEST.to_string());
 }
 
 fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, (left, top): (f64, f64)) {
-    svg.kept(|svg| {
-        svg.rectangle((left, top), PANEL, &format!("fill=\"{}\"", colour(0)));
-        for shade in 1..SHADES {
-            let cells = cells_of(table, view, sensor, shade);
-            if !cells.is_empty() {
-                let (x, y) = (number(left), number(top));
-                let fill = colour(shade);
-                svg.raw(&format!(
+    svg.rectangle((left, top), PANEL, &format!("fill=\"{}\"", colour(0)));
+    for shade in 1..SHADES {
+        let cells = cells_of(table, view, sensor, shade);
+        if !cells.is_empty() {
+            let (x, y) = (number(left), number(top));
+            let fill = colour(shade);
+            svg.raw(&format!(
                 "<path transform=\"translate({x} {y})\" d=\"{cells}\" fill=\"{fill}\" shape-rendering=\"crispEdges\"/>"
             ));
-            }
         }
-    });
+    }
     svg.rectangle((left, top), PANEL, "fill=\"none\" stroke=\"#a9acb3\"");
     // Other robots name their sensors in their experiments.
     let name = if table.sensors as usize == SENSORS {

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use crate::figures::HEAT;
+
 type Colour = [f64; 3];
 
 /// Colours of figures that are variables of pages.
@@ -33,8 +35,8 @@ fn colours(html: &str) -> BTreeSet<&str> {
         .collect()
 }
 
-/// Rules for the colours of a page's figures, which its style needs in the dark scheme. What is in a group with `data-kept` keeps its
-/// colours: shades of a scale, and what is written on them.
+/// Rules for the colours of a page's figures, which its style needs in the dark scheme. Shades of a scale keep theirs, since captions say which
+/// is darker, and so does what is in a group with `data-kept`, such as what is written on them.
 pub(super) fn rules(html: &str) -> String {
     dark_rules("", colours(html))
 }
@@ -48,11 +50,16 @@ pub fn dark_rules<'a>(within: &str, colours: impl IntoIterator<Item = &'a str>) 
             Some((_, name)) => format!("var(--{name})"),
             None => dark(colour),
         };
+        let kept = if is_shade(colour) {
+            "[data-kept] *, rect, [shape-rendering]"
+        } else {
+            "[data-kept] *"
+        };
         for property in ["fill", "stroke"] {
             // Writing to a string can't fail.
             let _ = writeln!(
                 rules,
-                "{within}svg [{property}=\"{colour}\"]:not([data-kept] *) {{ {property}: {dark}; }}"
+                "{within}svg [{property}=\"{colour}\"]:not({kept}) {{ {property}: {dark}; }}"
             );
         }
         let _ = writeln!(
@@ -63,9 +70,25 @@ pub fn dark_rules<'a>(within: &str, colours: impl IntoIterator<Item = &'a str>) 
     format!("@media screen and (prefers-color-scheme: dark) {{\n{rules}}}\n")
 }
 
+/// Whether a colour is of the scale of readings and means, whose squares are rectangles or have sharp edges; floors have one, too.
+fn is_shade(colour: &str) -> bool {
+    let own = channels(colour);
+    HEAT.windows(2).any(|ends| {
+        let [from, to] = [ends[0], ends[1]].map(|end| end.map(f64::from));
+        let along: f64 = (0..3).map(|i| (own[i] - from[i]) * (to[i] - from[i])).sum();
+        let length: f64 = (0..3).map(|i| (to[i] - from[i]).powi(2)).sum();
+        let nearest = mixed(from, to, (along / length).clamp(0.0, 1.0));
+        (0..3).all(|i| (own[i] - nearest[i]).abs() <= 1.0)
+    })
+}
+
+fn channels(colour: &str) -> Colour {
+    [1, 3, 5].map(|at| f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap_or(0)))
+}
+
 /// A colour in the dark scheme: greys change places, tints become dark ones, and others become as light as they must be to be read.
 fn dark(colour: &str) -> String {
-    let own: Colour = [1, 3, 5].map(|at| f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap_or(0)));
+    let own = channels(colour);
     let spread = own.iter().copied().fold(0.0, f64::max) - own.iter().copied().fold(255.0, f64::min);
     let [red, green, blue] = if spread < GREY {
         std::array::from_fn(|i| INK[i] + (PAPER[i] - INK[i]) * own[i] / 255.0)
@@ -101,6 +124,7 @@ fn luminance(colour: Colour) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figures::svg::ramp;
 
     #[test]
     fn lines_become_light_and_tints_dark() {
@@ -114,10 +138,26 @@ mod tests {
             ("#fbf3dc", 1.05, 2.0),
             ("#c9ccd3", 1.3, 3.0),
         ] {
-            let own = dark(colour);
-            let own: Colour = [1, 3, 5].map(|at| f64::from(u8::from_str_radix(&own[at..at + 2], 16).unwrap()));
+            let own = channels(&dark(colour));
             let contrast = (luminance(own) + 0.05) / (luminance(PAPER) + 0.05);
             assert!((least..most).contains(&contrast), "{colour}: {contrast}");
+        }
+    }
+
+    #[test]
+    fn shades_of_a_scale_are_kept_and_floors_not() {
+        for shade in 0..32 {
+            let colour = ramp(&HEAT, f64::from(shade) / 31.0);
+            let rules = dark_rules("", [&*colour]);
+            assert!(
+                rules.contains(&format!(
+                    "svg [fill=\"{colour}\"]:not([data-kept] *, rect, [shape-rendering])"
+                )),
+                "{rules}"
+            );
+        }
+        for other in ["#2b3a8f", "#2a9d8f", "#ffffff", "#33363f", "#9db8dd"] {
+            assert!(!is_shade(other), "{other}");
         }
     }
 
