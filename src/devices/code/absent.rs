@@ -13,8 +13,24 @@ pub(crate) const NAME: &str = "";
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Code {}
 
+#[allow(dead_code, reason = "of code compiled at run time nobody asks it")]
 pub(crate) fn is_available() -> bool {
     false
+}
+
+#[allow(dead_code, reason = "of the interpreter nobody asks it")]
+pub(crate) fn all() -> impl Iterator<Item = (&'static str, u32)> {
+    std::iter::empty()
+}
+
+#[allow(dead_code, reason = "of the interpreter nobody asks it")]
+pub(crate) fn named(_: &'static Kernel, _: &str) -> Option<Result<Code, Error>> {
+    None
+}
+
+#[allow(dead_code, reason = "of the interpreter nobody asks it")]
+pub(crate) fn best(kernel: &'static Kernel) -> Result<Code, Error> {
+    compiled(kernel)
 }
 
 pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
