@@ -63,7 +63,7 @@ impl Cached {
     }
 }
 
-/// A long kernel has code for a few lanes at first. The program ends when that for all of them is in the cache, too.
+/// A long kernel has code for a few lanes at first. The program ends when that for all of them is also in the cache.
 #[test]
 fn the_code_of_a_long_kernel_is_there_the_next_time() {
     let place = Cached::new("long");
@@ -72,7 +72,10 @@ fn the_code_of_a_long_kernel_is_there_the_next_time() {
         "evaluate", &path, "--random", "1", "--trials", "1", "--seed", "1", "--set", "cycles=2",
     ];
     for _ in 0..2 {
-        place.run(&[&short[..], &["--backend", "cpu"]].concat(), &[]).exits(0);
+        let backend = format!("cpu:{REFERENCE}");
+        place
+            .run(&[&short[..], &["--backend", &backend]].concat(), &[])
+            .exits(0);
         assert_eq!(place.kernels().len(), 2);
     }
 }

@@ -1,4 +1,4 @@
-//! Machine code of our own for 64-bit x86 with AVX-512: 16 lanes in a register, masks of lanes in registers of their own. From the
+//! Machine code for 64-bit x86 with AVX-512, without Cranelift: 16 lanes in a register, masks of lanes in mask registers. From the
 //! assembler's calls to a [`graph`], whose values get registers ([`allocate`]) and then bytes ([`write`], [`encode`]).
 
 mod allocate;
@@ -53,7 +53,7 @@ pub(crate) fn description() -> String {
     "x86_64 avx512f avx512bw avx512dq avx512vl bmi2".into()
 }
 
-/// Compiles a program to machine code. `checked`: what has registers is checked.
+/// Compiles a program to machine code. `checked`: the allocation of registers is checked.
 pub(crate) fn compile(trees: &Trees, lanes: u32, checked: bool) -> Result<Vec<u8>, Error> {
     let mut asm = Wide::new(trees);
     emit(&mut asm, trees, lanes);
@@ -70,7 +70,7 @@ pub(crate) fn compile(trees: &Trees, lanes: u32, checked: bool) -> Result<Vec<u8
     write::write(&graph, &function, &output, &arrays)
 }
 
-/// Which operand of an instruction is a constant that is written into it.
+/// The operand of an instruction, if any, that is a constant and is written into its bytes.
 fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
     let is = |at: usize| {
         let op = graph.op(inst.args.get(at));
@@ -78,8 +78,8 @@ fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
         let is_number = matches!(op, Some(Op::Int(_)));
         match inst.op {
             Op::Arithmetic(_) | Op::Multiply | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => is_number,
-            Op::Two(op) | Op::Test(op) => is_vector && op.takes_constants(),
-            Op::One(_) | Op::Blend | Op::Masked => is_vector,
+            Op::One(op) | Op::Two(op) | Op::Test(op) => is_vector && op.takes_constants(),
+            Op::Blend | Op::Masked => is_vector,
             _ => false,
         }
     };
@@ -139,7 +139,7 @@ fn class(form: Form) -> Class {
     }
 }
 
-/// Byte offset of a word. No element is large enough for it to overflow, since the stack's limit is one of elements too.
+/// Byte offset of a word. No element is large enough for it to overflow, since the stack's limit also holds for elements.
 fn displacement(words: u32) -> i32 {
     (words * WORD) as i32
 }

@@ -36,7 +36,7 @@ fn colours(html: &str) -> BTreeSet<&str> {
 }
 
 /// Rules for the colours of a page's figures, which its style needs in the dark scheme. Shades of a scale keep theirs, since captions say which
-/// is darker, and so does what is in a group with `data-kept`, such as what is written on them.
+/// is darker. A group with `data-kept`, such as numbers on them, keeps its colours as well.
 pub(super) fn rules(html: &str) -> String {
     dark_rules("", colours(html))
 }
@@ -70,7 +70,7 @@ pub fn dark_rules<'a>(within: &str, colours: impl IntoIterator<Item = &'a str>) 
     format!("@media screen and (prefers-color-scheme: dark) {{\n{rules}}}\n")
 }
 
-/// Whether a colour is of the scale of readings and means, whose squares are rectangles or have sharp edges; floors have one, too.
+/// Whether a colour is of the scale of readings and means, whose squares are rectangles or have sharp edges; floors also have one.
 fn is_shade(colour: &str) -> bool {
     let own = channels(colour);
     HEAT.windows(2).any(|ends| {
@@ -130,7 +130,7 @@ mod tests {
     fn lines_become_light_and_tints_dark() {
         assert_eq!(dark("#000000"), "#e4e5e9");
         assert_eq!(dark("#fefefe"), "#181a1e");
-        // Light enough as it is.
+        // Already light enough.
         assert_eq!(dark("#f4a23b"), "#f4a23b");
         for (colour, least, most) in [
             ("#2b3a8f", 4.5, 6.0),

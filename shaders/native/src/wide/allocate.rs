@@ -19,7 +19,7 @@ pub(super) struct Function {
     /// Where each instruction's operands end.
     ends: Vec<u32>,
     values: usize,
-    /// Which of its operands an instruction holds itself.
+    /// For each instruction, the constant operand in its bytes.
     pub(super) folded: Vec<Option<usize>>,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Blocks {
 fn class(class: Class) -> RegClass {
     match class {
         Class::Int => RegClass::Int,
-        // Of the allocator's three kinds the one that is left.
+        // The allocator's third kind.
         Class::Mask => RegClass::Float,
         Class::Vector => RegClass::Vector,
     }
@@ -136,7 +136,7 @@ impl Function {
                 operands.extend(out.map(|out| Operand::reg_fixed_def(out, general(kept))));
                 operands.push(Operand::reg_fixed_use(arg(0), general(RAX)));
                 operands.push(Operand::reg_use_at_end(arg(1)));
-                // What is lost: the other register, and the upper half, which is zeroed.
+                // The other register is lost, and so is the upper half, which is zeroed.
                 if lost == RDX {
                     let upper = scratch(RegClass::Int);
                     operands.push(fixed_scratch(upper, RDX));

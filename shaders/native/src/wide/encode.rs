@@ -15,7 +15,7 @@ pub(super) const RBP: Register = 5;
 pub(super) const RSI: Register = 6;
 pub(super) const RDI: Register = 7;
 
-/// What flags say after a comparison, by its number in x86's instructions.
+/// The state of the flags after a comparison, by its number in x86's instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Condition {

@@ -95,7 +95,7 @@ pub(super) struct Graph {
     pub(super) producers: Vec<Producer>,
     /// Blocks in the order of their code.
     pub(super) order: Vec<BlockId>,
-    /// What a block's parameter is the same as.
+    /// The value that a block's parameter equals, or itself.
     same: Vec<Value>,
     variables: u32,
     held: HashMap<(BlockId, Variable), Value>,
@@ -303,7 +303,7 @@ impl Graph {
 
     // The whole function.
 
-    /// What a value is the same as.
+    /// The value that another one equals in the end.
     fn resolved(&self, mut value: Value) -> Value {
         while self.same[value.at()] != value {
             value = self.same[value.at()];

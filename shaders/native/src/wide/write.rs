@@ -12,7 +12,7 @@ use crate::{Error, FRAME};
 const SAVED: [Register; 5] = [RBX, 12, 13, 14, 15];
 /// Bytes of a vector, to which the stack's data is aligned.
 const VECTOR: u64 = 64;
-/// Bytes of the least page.
+/// Bytes of the smallest page.
 const PAGE: u64 = 4096;
 /// Everything, in a vector's bitwise function of three operands.
 const ONES: u8 = 0xff;
@@ -71,7 +71,7 @@ impl Writer<'_> {
                 && block != 0
             {
                 let mut to = next.index();
-                // Chains of them end, but for loops without any code.
+                // Chains of them end, except for loops without any code.
                 for _ in 0..self.labels.len() {
                     if self.labels[to] == to {
                         break;

@@ -138,6 +138,36 @@ fn stores_keep_to_their_masks() {
     }
 }
 
+/// Every operand of a division and of a shift may be a constant.
+#[test]
+fn constants_are_divided_and_shifted() {
+    let [a, b] = ["words[slot]", "(words[slot + 1u] | 1u)"];
+    let operands = [(a, b), ("4000000000u", b), (a, "7u"), ("3u", b), (a, "4294967295u")];
+    let operations = ["/", "%", "<<", ">>"];
+    let mut stores = String::new();
+    for (at, (a, b)) in operands.iter().enumerate() {
+        let terms = operations.map(|op| match op {
+            "<<" | ">>" => format!("({a} {op} ({b} & 31u))"),
+            op => format!("({a} {op} {b}) * 31u"),
+        });
+        stores = format!("{stores}results[slot * 16u + {at}u] = {};", terms.join(" ^ "));
+    }
+    let text = format!(
+        "@compute @workgroup_size(64)
+        fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{
+            let slot = workgroup.x * 64u + lane;
+            {stores}
+        }}"
+    );
+    let trees = program(&text).expect("it is exact");
+    let buffers = generate::buffers(0, EXTENT.workgroups.end);
+    let expected = meaning(&trees, buffers.clone(), &EXTENT).expect("it ends");
+    for native in natives(&trees) {
+        let found = run(&native, buffers.clone(), &EXTENT, TURNS);
+        assert!(found == Ok(expected.clone()), "{native:?}");
+    }
+}
+
 /// Loops that must be stopped: endless, endless in one lane only, or one turn too long.
 #[test]
 fn turns_are_counted() {
