@@ -435,7 +435,7 @@ fn the_page_changes_values_only_with_its_secret() {
     wait_for(|| place.at("runs/small-7/DONE").exists());
     assert!(place.text("runs/small-7/config.toml").contains("generations = 5"));
     assert_eq!(place.text("small.toml"), EXPERIMENT, "the file stays as it is");
-    // A run's values of the form's keys, and only where there is a form. What differs from the oldest run has a name.
+    // A run's values of the form's keys, and only where there is a form. Differences from the oldest run have names.
     place.evolved("small.toml", "8", "runs/other", &["--set", "noise.motor=0.3"]);
     let all = served.event(|event| event["sources"].as_array().unwrap().len() == 2);
     let [newer, older] = [&all["sources"][0], &all["sources"][1]];

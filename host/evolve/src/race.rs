@@ -141,7 +141,7 @@ pub struct Round {
     pub race: u32,
     /// Candidates that were evaluated.
     pub candidates: u32,
-    /// Those that are left: after the last generation of a race, those around which the next one samples.
+    /// The remaining ones: after the last generation of a race, those around which the next one samples.
     pub survivors: u32,
 }
 

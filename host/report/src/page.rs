@@ -445,7 +445,7 @@ mod tests {
         assert_eq!(figures(&document("t", "", &[])).count(), 0);
     }
 
-    /// What is hidden leaves its room to what is shown, as long as the reader does not zoom.
+    /// Hidden lines leave their room to the shown ones, as long as the reader does not zoom.
     #[test]
     fn short_lines_get_the_room_of_hidden_ones() {
         let line = |label, count: u32| Series {

@@ -52,7 +52,7 @@ impl Named {
     /// their numbers.
     ///
     /// # Errors
-    /// Exit 3: a directory without a run, a sweep that has no tables yet, something with swarms, or something that is named twice.
+    /// Exit 3: a directory without a run, a sweep that has no tables yet, something with swarms, or the same thing twice.
     pub(super) fn all(paths: &[PathBuf], console: Console) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         for path in paths {

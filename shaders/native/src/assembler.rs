@@ -1,6 +1,8 @@
-//! The instruction set that the emitter writes to: scalars, vectors, masks of their lanes, and structured control flow.
+//! The instruction set that the emitter writes to: scalars, vectors and masks of their lanes; [`Blocks`] adds control flow.
 
 use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
+
+use crate::control::Blocks;
 
 /// The form of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,21 +15,17 @@ pub(crate) enum Form {
 
 /// Writes one function. Its parameters are the buffers, the workgroup, the first lane, and the budget of loop turns.
 /// Integer arithmetic wraps; floats are rounded after each operation. Memory accesses aren't checked: the emitter clamps indices.
-pub(crate) trait Assembler {
+pub(crate) trait Assembler: Blocks {
     /// Lanes of a vector.
     const LANES: u32;
     /// Whether vectors are stored under a mask in one instruction.
     const STORES_MASKED: bool;
-    /// A computed value or pointer, valid wherever its block has already run.
-    type Value: Copy;
     /// A local variable of one form.
     type Variable: Copy;
     /// Pointers to a word for each lane of a vector.
     type Pointers: Clone;
     /// Memory that belongs to one call.
     type Array: Copy;
-    /// A block or loop that can be exited.
-    type Label: Copy;
 
     fn workgroup(&mut self) -> Self::Value;
     fn first_lane(&mut self) -> Self::Value;
@@ -91,20 +89,6 @@ pub(crate) trait Assembler {
     fn get(&mut self, variable: Self::Variable) -> Self::Value;
     fn set(&mut self, variable: Self::Variable, value: Self::Value);
 
-    /// Begins the code that runs if the condition is true.
-    fn begin_if(&mut self, condition: Self::Value);
-    /// The same for code that hardly ever runs.
-    fn begin_rare_if(&mut self, condition: Self::Value);
-    /// Begins the code that runs if it is false. Optional.
-    fn begin_else(&mut self);
-    fn end_if(&mut self);
-    fn begin_block(&mut self) -> Self::Label;
-    fn end_block(&mut self);
-    /// Begins a loop, which repeats until it is left.
-    fn begin_loop(&mut self) -> Self::Label;
-    fn end_loop(&mut self);
-    /// Jumps to the end of a block or loop.
-    fn leave(&mut self, label: Self::Label);
     /// Takes one turn off the budget. If none is left, the function returns and reports that.
     fn count_turn(&mut self);
     /// Returns from the function.

@@ -20,6 +20,7 @@ use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
 use target_lexicon::Architecture;
 
 use crate::assembler::{Assembler, Form};
+use crate::control::{Blocks, Control};
 use crate::emit::emit;
 use crate::{Error, FRAME, Words, longest_element};
 
@@ -120,19 +121,6 @@ struct Buffer {
     words: ir::Value,
 }
 
-/// A construct that has begun and not ended.
-#[derive(Clone, Copy, Debug)]
-enum Open {
-    /// An `if`: the block of its `else`, and the block after it.
-    If(ir::Block, ir::Block),
-    /// An `else`: the block after it.
-    Else(ir::Block),
-    /// A block: the one after it.
-    Block(ir::Block),
-    /// A loop: its head, and the block after it.
-    Loop(ir::Block, ir::Block),
-}
-
 /// Writes Cranelift's intermediate language.
 struct Clif<'a> {
     builder: FunctionBuilder<'a>,
@@ -145,9 +133,7 @@ struct Clif<'a> {
     used_up: ir::Block,
     /// Memory that idle lanes store to, as long as the longest element.
     sink: StackSlot,
-    open: Vec<Open>,
-    /// Number of open constructs in code that hardly ever runs, of which the last is the `if` that it stands in.
-    rare: Option<usize>,
+    control: Control<ir::Block>,
 }
 
 fn scalar(ty: Ty) -> ir::Type {
@@ -232,8 +218,7 @@ impl<'a> Clif<'a> {
             turns_left,
             used_up: builder.create_block(),
             sink: stack_slot(&mut builder, longest),
-            open: Vec::new(),
-            rare: None,
+            control: Control::default(),
             builder,
         }
     }
@@ -276,36 +261,6 @@ impl<'a> Clif<'a> {
     fn pointer(&mut self, start: ir::Value, index: ir::Value) -> ir::Value {
         let bytes = self.builder.ins().ishl_imm_u(index, 2);
         self.builder.ins().iadd(start, bytes)
-    }
-
-    /// Creates a block, which the code generator puts aside if it hardly ever runs.
-    fn create_block(&mut self) -> ir::Block {
-        let block = self.builder.create_block();
-        if self.rare.is_some() {
-            self.builder.set_cold_block(block);
-        }
-        block
-    }
-
-    /// Starts an unreachable block, for what follows a jump.
-    fn start_unreachable(&mut self) {
-        let block = self.create_block();
-        self.start_sealed(block);
-    }
-
-    /// Starts a block that no later code jumps to.
-    fn start_sealed(&mut self, block: ir::Block) {
-        self.builder.switch_to_block(block);
-        self.builder.seal_block(block);
-    }
-
-    fn jump(&mut self, to: ir::Block) {
-        self.builder.ins().jump(to, &[] as &[BlockArg]);
-    }
-
-    fn branch(&mut self, condition: ir::Value, accept: ir::Block, reject: ir::Block) {
-        let none: &[BlockArg] = &[];
-        self.builder.ins().brif(condition, accept, none, reject, none);
     }
 
     fn compare(&mut self, op: Binary, ty: Ty, a: ir::Value, b: ir::Value) -> Option<ir::Value> {
@@ -388,14 +343,52 @@ impl<'a> Clif<'a> {
     }
 }
 
+impl Blocks for Clif<'_> {
+    type Value = ir::Value;
+    type Block = ir::Block;
+
+    fn control(&mut self) -> &mut Control<ir::Block> {
+        &mut self.control
+    }
+
+    fn create(&mut self, is_rare: bool) -> ir::Block {
+        let block = self.builder.create_block();
+        if is_rare {
+            self.builder.set_cold_block(block);
+        }
+        block
+    }
+
+    fn mark_rare(&mut self) {
+        if let Some(block) = self.builder.current_block() {
+            self.builder.set_cold_block(block);
+        }
+    }
+
+    fn start(&mut self, block: ir::Block) {
+        self.builder.switch_to_block(block);
+    }
+
+    fn seal(&mut self, block: ir::Block) {
+        self.builder.seal_block(block);
+    }
+
+    fn jump(&mut self, to: ir::Block) {
+        self.builder.ins().jump(to, &[] as &[BlockArg]);
+    }
+
+    fn branch(&mut self, condition: ir::Value, accept: ir::Block, reject: ir::Block) {
+        let none: &[BlockArg] = &[];
+        self.builder.ins().brif(condition, accept, none, reject, none);
+    }
+}
+
 impl Assembler for Clif<'_> {
     const LANES: u32 = 4;
     const STORES_MASKED: bool = false;
-    type Value = ir::Value;
     type Variable = Variable;
     type Pointers = [ir::Value; 4];
     type Array = StackSlot;
-    type Label = ir::Block;
 
     fn workgroup(&mut self) -> ir::Value {
         self.workgroup
@@ -656,83 +649,9 @@ impl Assembler for Clif<'_> {
         self.builder.def_var(variable, value);
     }
 
-    fn begin_if(&mut self, condition: ir::Value) {
-        let [accept, reject, after] = [(); 3].map(|()| self.create_block());
-        self.branch(condition, accept, reject);
-        self.start_sealed(accept);
-        self.open.push(Open::If(reject, after));
-    }
-
-    fn begin_rare_if(&mut self, condition: ir::Value) {
-        self.begin_if(condition);
-        self.rare = Some(self.open.len());
-        if let Some(block) = self.builder.current_block() {
-            self.builder.set_cold_block(block);
-        }
-    }
-
-    fn begin_else(&mut self) {
-        let Some(Open::If(reject, after)) = self.open.pop() else {
-            unreachable!("an `else` stands in an `if`")
-        };
-        self.jump(after);
-        self.start_sealed(reject);
-        self.open.push(Open::Else(after));
-    }
-
-    fn end_if(&mut self) {
-        if self.rare == Some(self.open.len()) {
-            self.rare = None;
-        }
-        if let Some(Open::If(..)) = self.open.last() {
-            self.begin_else();
-        }
-        let Some(Open::Else(after)) = self.open.pop() else {
-            unreachable!("an `if` was begun")
-        };
-        self.jump(after);
-        self.start_sealed(after);
-    }
-
-    fn begin_block(&mut self) -> ir::Block {
-        let after = self.create_block();
-        self.open.push(Open::Block(after));
-        after
-    }
-
-    fn end_block(&mut self) {
-        let Some(Open::Block(after)) = self.open.pop() else {
-            unreachable!("a block was begun")
-        };
-        self.jump(after);
-        self.start_sealed(after);
-    }
-
-    fn begin_loop(&mut self) -> ir::Block {
-        let [head, after] = [(); 2].map(|()| self.create_block());
-        self.jump(head);
-        self.builder.switch_to_block(head);
-        self.open.push(Open::Loop(head, after));
-        after
-    }
-
-    fn end_loop(&mut self) {
-        let Some(Open::Loop(head, after)) = self.open.pop() else {
-            unreachable!("a loop was begun")
-        };
-        self.jump(head);
-        self.builder.seal_block(head);
-        self.start_sealed(after);
-    }
-
-    fn leave(&mut self, label: ir::Block) {
-        self.jump(label);
-        self.start_unreachable();
-    }
-
     fn count_turn(&mut self) {
         let turns = self.get(self.turns_left);
-        let any = self.create_block();
+        let any = self.block();
         self.branch(turns, any, self.used_up);
         self.start_sealed(any);
         let turns = self.builder.ins().iadd_imm_s(turns, -1);

@@ -25,6 +25,7 @@
 mod assembler;
 mod cache;
 mod code;
+mod control;
 mod cranelift;
 mod emit;
 #[cfg(feature = "ahead")]

@@ -20,6 +20,7 @@ use self::graph::{BlockId, Graph, Inst, Value, Variable};
 use self::operations::instructions as x86;
 use self::operations::{Arithmetic, Class, Logic, Op, Shift};
 use crate::assembler::{Assembler, Form};
+use crate::control::{Blocks, Control};
 use crate::emit::emit;
 use crate::{Error, Words};
 
@@ -91,19 +92,6 @@ fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
     is(at).then_some(at)
 }
 
-/// A construct that has begun and not ended.
-#[derive(Clone, Copy, Debug)]
-enum Open {
-    /// An `if`: the block of its `else`, and the block after it.
-    If(BlockId, BlockId),
-    /// An `else`: the block after it.
-    Else(BlockId),
-    /// A block: the one after it.
-    Block(BlockId),
-    /// A loop: its head, and the block after it.
-    Loop(BlockId, BlockId),
-}
-
 /// Pointers to a word for each lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pointers {
@@ -125,9 +113,7 @@ struct Wide {
     /// Where local arrays begin, in bytes, and the end of the last one.
     arrays: Vec<u32>,
     end: u32,
-    open: Vec<Open>,
-    /// Number of open constructs in code that hardly ever runs, of which the last is the `if` that it stands in.
-    rare: Option<usize>,
+    control: Control<BlockId>,
 }
 
 fn class(form: Form) -> Class {
@@ -217,8 +203,7 @@ impl Wide {
             turns_left,
             arrays: Vec::new(),
             end: 0,
-            open: Vec::new(),
-            rare: None,
+            control: Control::default(),
         }
     }
 
@@ -430,9 +415,34 @@ impl Wide {
         let bits = self.vector(Op::Constant(bits), &[]);
         self.vector(Op::Two(op), &[a, bits])
     }
+}
 
-    fn block(&mut self) -> BlockId {
-        self.graph.block(self.rare.is_some())
+impl Blocks for Wide {
+    type Value = Value;
+    type Block = BlockId;
+
+    fn control(&mut self) -> &mut Control<BlockId> {
+        &mut self.control
+    }
+
+    fn create(&mut self, is_rare: bool) -> BlockId {
+        self.graph.block(is_rare)
+    }
+
+    fn mark_rare(&mut self) {
+        self.graph.mark_rare();
+    }
+
+    fn start(&mut self, block: BlockId) {
+        self.graph.start(block);
+    }
+
+    fn seal(&mut self, block: BlockId) {
+        self.graph.seal(block);
+    }
+
+    fn jump(&mut self, to: BlockId) {
+        self.graph.jump(to);
     }
 
     /// Goes to one of two blocks by a condition, in one instruction with its comparison where there is one.
@@ -455,11 +465,9 @@ impl Wide {
 impl Assembler for Wide {
     const LANES: u32 = LANES;
     const STORES_MASKED: bool = true;
-    type Value = Value;
     type Variable = Variable;
     type Pointers = Pointers;
     type Array = u32;
-    type Label = BlockId;
 
     fn workgroup(&mut self) -> Value {
         self.workgroup
@@ -695,80 +703,6 @@ impl Assembler for Wide {
         self.graph.set(variable, value);
     }
 
-    fn begin_if(&mut self, condition: Value) {
-        let [accept, reject, after] = [(); 3].map(|()| self.block());
-        self.branch(condition, accept, reject);
-        self.graph.start_sealed(accept);
-        // The other block is entered from here alone, whatever follows.
-        self.graph.seal(reject);
-        self.open.push(Open::If(reject, after));
-    }
-
-    fn begin_rare_if(&mut self, condition: Value) {
-        self.begin_if(condition);
-        self.rare = Some(self.open.len());
-        self.graph.mark_rare();
-    }
-
-    fn begin_else(&mut self) {
-        let Some(Open::If(reject, after)) = self.open.pop() else {
-            unreachable!("an `else` stands in an `if`")
-        };
-        self.graph.jump(after);
-        self.graph.start(reject);
-        self.open.push(Open::Else(after));
-    }
-
-    fn end_if(&mut self) {
-        if self.rare == Some(self.open.len()) {
-            self.rare = None;
-        }
-        if let Some(Open::If(..)) = self.open.last() {
-            self.begin_else();
-        }
-        let Some(Open::Else(after)) = self.open.pop() else {
-            unreachable!("an `if` was begun")
-        };
-        self.graph.jump(after);
-        self.graph.start_sealed(after);
-    }
-
-    fn begin_block(&mut self) -> BlockId {
-        let after = self.block();
-        self.open.push(Open::Block(after));
-        after
-    }
-
-    fn end_block(&mut self) {
-        let Some(Open::Block(after)) = self.open.pop() else {
-            unreachable!("a block was begun")
-        };
-        self.graph.jump(after);
-        self.graph.start_sealed(after);
-    }
-
-    fn begin_loop(&mut self) -> BlockId {
-        let [head, after] = [(); 2].map(|()| self.block());
-        self.graph.jump(head);
-        self.graph.start(head);
-        self.open.push(Open::Loop(head, after));
-        after
-    }
-
-    fn end_loop(&mut self) {
-        let Some(Open::Loop(head, after)) = self.open.pop() else {
-            unreachable!("a loop was begun")
-        };
-        self.graph.jump(head);
-        self.graph.seal(head);
-        self.graph.start_sealed(after);
-    }
-
-    fn leave(&mut self, label: BlockId) {
-        self.graph.jump(label);
-        self.graph.start_unreachable();
-    }
-
     fn count_turn(&mut self) {
         let turns = self.graph.get(self.turns_left);
         let left = self.int(Op::Turn, &[turns]);
@@ -777,6 +711,6 @@ impl Assembler for Wide {
 
     fn finish(&mut self) {
         self.graph.act(Op::Return, &[]);
-        self.graph.start_unreachable();
+        self.start_unreachable();
     }
 }

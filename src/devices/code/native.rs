@@ -1,7 +1,7 @@
 //! Kernels compiled to machine code at run time. Code is compiled once, and kept in the user's cache for the next time.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use oneiro_shader_compiler::tree::Program;
@@ -62,7 +62,10 @@ pub(crate) struct Code {
 
 /// Those that this processor runs, the fastest first.
 fn kinds() -> impl Iterator<Item = &'static Kind> {
-    KINDS.iter().filter(|kind| (kind.target)().is_some())
+    // To ask takes longer than a batch of a few episodes may.
+    static AVAILABLE: LazyLock<Vec<&Kind>> =
+        LazyLock::new(|| KINDS.iter().filter(|kind| (kind.target)().is_some()).collect());
+    AVAILABLE.iter().copied()
 }
 
 /// Names and numbers of lanes of the codes that can be compiled for this processor, the fastest first.

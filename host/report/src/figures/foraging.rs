@@ -21,7 +21,7 @@ const SMALL: f64 = 232.0;
 const LARGE: f64 = 600.0;
 /// Room between a single arena and the key to its right.
 const KEY: f64 = 40.0;
-/// Room beside the lamp and around the wall of a film, as parts of the arena's radius.
+/// Room next to the lamp and around the wall of a film, as parts of the arena's radius.
 const BESIDE: f64 = 0.14;
 const AROUND_WALL: f64 = 0.04;
 const WIDTH: f64 = 1060.0;
@@ -182,7 +182,7 @@ pub struct ForagersFrames<'a> {
 }
 
 impl<'a> ForagersFrames<'a> {
-    /// The longer side of the arena with its lamp gets `side` pixels; there is a line at least.
+    /// The longer side of the arena with its lamp gets `side` pixels; there is at least one line.
     pub fn new(replay: &'a ForagersReplay<'a>, side: f64) -> Self {
         let forager = &replay.foragers.forager;
         let radius = f64::from(forager.arena_radius);

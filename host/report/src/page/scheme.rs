@@ -36,7 +36,7 @@ fn colours(html: &str) -> BTreeSet<&str> {
 }
 
 /// Rules for the colours of a page's figures, which its style needs in the dark scheme. Shades of a scale keep theirs, since captions say which
-/// is darker. A group with `data-kept`, such as numbers on them, keeps its colours as well.
+/// is darker. A group with `data-kept`, such as numbers on them, also keeps its colours.
 pub(super) fn rules(html: &str) -> String {
     dark_rules("", colours(html))
 }

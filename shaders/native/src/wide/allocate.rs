@@ -136,7 +136,7 @@ impl Function {
                 operands.extend(out.map(|out| Operand::reg_fixed_def(out, general(kept))));
                 operands.push(Operand::reg_fixed_use(arg(0), general(RAX)));
                 operands.push(Operand::reg_use_at_end(arg(1)));
-                // The other register is lost, and so is the upper half, which is zeroed.
+                // The other register is lost. The upper half is zeroed.
                 if lost == RDX {
                     let upper = scratch(RegClass::Int);
                     operands.push(fixed_scratch(upper, RDX));

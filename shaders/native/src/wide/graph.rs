@@ -107,7 +107,8 @@ impl Graph {
     pub(super) fn new() -> Self {
         let mut graph = Self::default();
         let entry = graph.block(false);
-        graph.start_sealed(entry);
+        graph.seal(entry);
+        graph.start(entry);
         graph
     }
 
@@ -184,19 +185,7 @@ impl Graph {
         self.order.push(block);
     }
 
-    pub(super) fn start_sealed(&mut self, block: BlockId) {
-        self.seal(block);
-        self.start(block);
-    }
-
-    /// Starts a block that is never reached.
-    pub(super) fn start_unreachable(&mut self) {
-        let block = self.block(false);
-        self.seal(block);
-        self.current = block;
-    }
-
-    /// Whether the current block is reached: the first one is, and those that others go to.
+    /// Whether a block is reached: the first one is, and those that others go to.
     fn is_reached(&self, block: BlockId) -> bool {
         block == 0 || !self.blocks[block].before.is_empty()
     }

@@ -409,7 +409,7 @@ fn disassembled(code: &[u8]) -> Option<Vec<String>> {
     let text = String::from_utf8(output.ok()?.stdout).expect("it is text");
     let instruction = |line: &str| {
         let text = line.split_once(":\t")?.1.split('#').next()?;
-        // It also says which of two encodings this is, and that a prefix is not needed.
+        // It also names the encoding, where there are two, and an unneeded prefix.
         let words: Vec<_> = text
             .split_whitespace()
             .filter(|word| !["{evex}", "rex"].contains(word))

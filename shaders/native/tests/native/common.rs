@@ -48,7 +48,7 @@ pub(crate) fn meaning(trees: &Trees, mut buffers: Vec<Vec<u32>>, extent: &Extent
     Ok(buffers)
 }
 
-/// What this machine has code for.
+/// The processors that this machine has code for.
 pub(crate) fn targets() -> Vec<Target> {
     let host = Target::host().expect("this machine has machine code");
     Target::wide().into_iter().chain([host]).collect()

@@ -77,7 +77,7 @@ struct Sums {
     groups: Vec<Vec<Vec<Moments>>>,
 }
 
-/// One run at one time: the values of its robots become one, and so do their best scores.
+/// One run at one time: the mean of its robots' values, and of their best scores.
 struct Moment {
     run: usize,
     time: u64,

@@ -724,7 +724,7 @@ fn rows_of_one_time_count_as_their_mean() {
     assert!(example.report().html.contains("means are of 1 to 3 runs in all"));
 }
 
-/// Runs of equal generations and unequal budgets, by both axes, in the order that is asked for.
+/// Runs of equal generations and unequal budgets, by both axes, in the requested order.
 #[test]
 fn curves_are_also_by_episodes_spent() {
     let text = |run: u64, scores: [f64; 2]| [0, 1].map(|time| (run, time, scores[time as usize].to_string()));

@@ -8,7 +8,7 @@ use super::Picture;
 
 pub(super) const PICTURE: Picture = Picture {
     name: "race.svg",
-    about: "a picture of the candidates that are left, by episodes spent",
+    about: "a picture of the remaining candidates, by episodes spent",
     caption: "Candidates in each generation by episodes spent: at each rise, a race begins with the survivors of the last and new ones around them.",
     is_of_champion: false,
     is_drawn: |single| single.experiment.settings().evolution.kind == Kind::Race,
