@@ -138,6 +138,33 @@ fn stores_keep_to_their_masks() {
     }
 }
 
+/// Lanes whose consecutive words lie beyond a buffer's end read and write its last one, if they are active.
+#[test]
+fn consecutive_words_end_with_the_buffer() {
+    let text = "@compute @workgroup_size(64)
+        fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+            let at = workgroup.x * 64u + lane;
+            if (words[at] % 2u == 0u) {
+                results[at] = words[at] ^ lane;
+            }
+        }";
+    let trees = program(text).expect("it is exact");
+    let one = Extent {
+        workgroups: 0..1,
+        ..EXTENT
+    };
+    for length in [1, 15, 16, 17, 40, 63, 64] {
+        let mut buffers = generate::buffers(0, 1);
+        buffers[2].truncate(length);
+        buffers[5].truncate(length);
+        let expected = meaning(&trees, buffers.clone(), &one).expect("it ends");
+        for native in natives(&trees) {
+            let found = run(&native, buffers.clone(), &one, TURNS);
+            assert!(found == Ok(expected.clone()), "{length} words, {native:?}");
+        }
+    }
+}
+
 /// Every operand of a division and of a shift may be a constant.
 #[test]
 fn constants_are_divided_and_shifted() {
