@@ -93,8 +93,8 @@ pub struct Target {
 enum Generator {
     /// Cranelift, with vectors of 128 bits.
     Cranelift(OwnedTargetIsa),
-    /// Ours, with vectors of 512 bits.
-    Wide,
+    /// Ours, with vectors of 256 or 512 bits.
+    Wide(wide::Vectors),
 }
 
 impl std::fmt::Debug for Target {
@@ -117,9 +117,18 @@ impl Target {
     }
 
     /// This machine with vectors of 512 bits, 64-bit x86; `None` unless its processor has AVX-512 (F, BW, DQ and VL) and BMI2.
-    pub fn wide() -> Option<Self> {
-        wide::is_available().then_some(Self {
-            code: Generator::Wide,
+    pub fn avx512() -> Option<Self> {
+        Self::wide(wide::Vectors::Avx512)
+    }
+
+    /// This machine with vectors of 256 bits, 64-bit x86; `None` unless its processor has AVX2, BMI1 and BMI2.
+    pub fn avx2() -> Option<Self> {
+        Self::wide(wide::Vectors::Avx2)
+    }
+
+    fn wide(vectors: wide::Vectors) -> Option<Self> {
+        vectors.are_available().then_some(Self {
+            code: Generator::Wide(vectors),
             checked: false,
         })
     }
@@ -132,7 +141,7 @@ impl Target {
         let checked = true;
         let code = match self.code {
             Generator::Cranelift(_) => Generator::Cranelift(cranelift::host(checked)?),
-            Generator::Wide => Generator::Wide,
+            Generator::Wide(vectors) => Generator::Wide(vectors),
         };
         Ok(Self { code, checked })
     }
@@ -141,7 +150,7 @@ impl Target {
     pub fn description(&self) -> String {
         match &self.code {
             Generator::Cranelift(isa) => cranelift::description(&**isa),
-            Generator::Wide => wide::description(),
+            Generator::Wide(vectors) => vectors.description(),
         }
     }
 
@@ -149,7 +158,7 @@ impl Target {
     pub fn lanes(&self) -> &'static [u32] {
         match self.code {
             Generator::Cranelift(_) => &cranelift::NUMBERS,
-            Generator::Wide => &wide::NUMBERS,
+            Generator::Wide(vectors) => vectors.numbers(),
         }
     }
 
@@ -158,7 +167,7 @@ impl Target {
         match self.code {
             Generator::Cranelift(_) => u32::MAX,
             // Vectors of indices have signs.
-            Generator::Wide => i32::MAX as u32,
+            Generator::Wide(_) => i32::MAX as u32,
         }
     }
 
@@ -187,7 +196,7 @@ impl Target {
         check_arrays(trees, lanes)?;
         let bytes = match &self.code {
             Generator::Cranelift(isa) => cranelift::compile(&**isa, trees, lanes)?,
-            Generator::Wide => wide::compile(trees, lanes, self.checked)?,
+            Generator::Wide(vectors) => vectors.compile(trees, lanes, self.checked)?,
         };
         Ok(Code {
             lanes,

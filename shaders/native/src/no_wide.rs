@@ -1,19 +1,29 @@
-//! Stands in for code with vectors of 512 bits where there is none.
+//! Stands in for code with vectors of 256 and 512 bits where there is none.
 
 use oneiro_shader_compiler::Trees;
 
 use crate::Error;
 
-pub(crate) const NUMBERS: [u32; 0] = [];
-
-pub(crate) fn is_available() -> bool {
-    false
+#[derive(Clone, Copy)]
+pub(crate) enum Vectors {
+    Avx2,
+    Avx512,
 }
 
-pub(crate) fn description() -> String {
-    String::new()
-}
+impl Vectors {
+    pub(crate) fn are_available(self) -> bool {
+        false
+    }
 
-pub(crate) fn compile(_: &Trees, _: u32, _: bool) -> Result<Vec<u8>, Error> {
-    unreachable!("it is not available")
+    pub(crate) fn description(self) -> String {
+        String::new()
+    }
+
+    pub(crate) fn numbers(self) -> &'static [u32] {
+        &[]
+    }
+
+    pub(crate) fn compile(self, _: &Trees, _: u32, _: bool) -> Result<Vec<u8>, Error> {
+        unreachable!("it is not available")
+    }
 }

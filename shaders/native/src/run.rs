@@ -68,7 +68,8 @@ impl Native {
     /// [`Error::Foreign`] if it was compiled for another machine, [`Error::Memory`] if the system provides none.
     pub fn new(code: &Code) -> Result<Self, Error> {
         let machine = Target::host()?.description();
-        if code.target != machine && Target::wide().is_none_or(|wide| wide.description() != code.target) {
+        let is_code_of = |target: Option<Target>| target.is_some_and(|target| target.description() == code.target);
+        if code.target != machine && !is_code_of(Target::avx512()) && !is_code_of(Target::avx2()) {
             let code = code.target.clone();
             return Err(Error::Foreign { code, machine });
         }

@@ -1,5 +1,5 @@
-//! Machine code for 64-bit x86 with AVX-512, without Cranelift: 16 lanes in a register, masks of lanes in mask registers. From the
-//! assembler's calls to a [`graph`], whose values get registers ([`allocate`]) and then bytes ([`write`], [`encode`]).
+//! Machine code for 64-bit x86 with AVX2 or AVX-512, without Cranelift: 8 or 16 lanes in a register. From the assembler's calls to a
+//! [`graph`], whose values get registers ([`allocate`]) and then bytes ([`write`], [`encode`]).
 
 mod allocate;
 mod encode;
@@ -15,7 +15,8 @@ use oneiro_shader_compiler::Trees;
 use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
 
 use self::allocate::Function;
-use self::encode::{Condition, Evex};
+pub(crate) use self::encode::Vectors;
+use self::encode::{Condition, Instruction};
 use self::graph::{BlockId, Graph, Inst, Value, Variable};
 use self::operations::instructions as x86;
 use self::operations::{Arithmetic, Class, Logic, Op, Shift};
@@ -24,51 +25,64 @@ use crate::control::{Blocks, Control};
 use crate::emit::emit;
 use crate::{Error, Words};
 
-/// Numbers of lanes that code can be compiled for.
-pub(crate) const NUMBERS: [u32; 3] = [16, 32, 64];
-/// Lanes of a vector.
-const LANES: u32 = 16;
 /// Bytes per word.
 const WORD: u32 = 4;
 /// Layout of [`Words`] in bytes.
 const BUFFER: i32 = size_of::<Words>() as i32;
 const START: i32 = offset_of!(Words, start) as i32;
 const LENGTH: i32 = offset_of!(Words, len) as i32;
+/// Half of the range of unsigned integers.
+const HALF: f32 = 2_147_483_648.0;
+/// The number of a shift to the right, with zeros, in the instruction that shifts by a number.
+const RIGHT: u8 = 2;
 /// The bit of a float's sign.
 const SIGN: u32 = 1 << 31;
+/// The first float of 64 bits whose last bit counts ones.
+const BIG: f64 = 4_503_599_627_370_496.0;
 /// How a float is rounded to an integer, in the instruction that does so: down, or towards zero, without a report of what is lost.
 const DOWN: u8 = 9;
 const TO_ZERO: u8 = 11;
 
-/// Whether this processor runs it.
-pub(crate) fn is_available() -> bool {
-    is_x86_feature_detected!("avx512f")
-        && is_x86_feature_detected!("avx512bw")
-        && is_x86_feature_detected!("avx512dq")
-        && is_x86_feature_detected!("avx512vl")
-        && is_x86_feature_detected!("bmi2")
-}
+impl Vectors {
+    /// Whether this processor runs code with them.
+    pub(crate) fn are_available(self) -> bool {
+        match self {
+            Self::Avx2 => {
+                is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2")
+            }
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512bw")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("bmi2")
+            }
+        }
+    }
 
-/// The machine, and the features of its processor that the code needs.
-pub(crate) fn description() -> String {
-    "x86_64 avx512f avx512bw avx512dq avx512vl bmi2".into()
-}
+    /// The machine, and the features of its processor that the code needs.
+    pub(crate) fn description(self) -> String {
+        match self {
+            Self::Avx2 => "x86_64 avx2 bmi1 bmi2".into(),
+            Self::Avx512 => "x86_64 avx512f avx512bw avx512dq avx512vl bmi2".into(),
+        }
+    }
 
-/// Compiles a program to machine code. `checked`: the allocation of registers is checked.
-pub(crate) fn compile(trees: &Trees, lanes: u32, checked: bool) -> Result<Vec<u8>, Error> {
-    let mut asm = Wide::new(trees);
-    emit(&mut asm, trees, lanes);
-    let Wide {
-        mut graph,
-        mut arrays,
-        end,
-        ..
-    } = asm;
-    arrays.push(end);
-    graph.finish(folded);
-    let function = Function::new(&graph, folded);
-    let output = function.allocate(checked)?;
-    write::write(&graph, &function, &output, &arrays)
+    /// Numbers of lanes that code can be compiled for.
+    pub(crate) fn numbers(self) -> &'static [u32] {
+        match self {
+            Self::Avx2 => &[8, 16, 32],
+            Self::Avx512 => &[16, 32, 64],
+        }
+    }
+
+    /// Compiles a program to machine code. `checked`: the allocation of registers is checked.
+    pub(crate) fn compile(self, trees: &Trees, lanes: u32, checked: bool) -> Result<Vec<u8>, Error> {
+        match self {
+            Self::Avx2 => Wide::<8>::compile(trees, lanes, checked),
+            Self::Avx512 => Wide::<16>::compile(trees, lanes, checked),
+        }
+    }
 }
 
 /// The operand of an instruction, if any, that is a constant and is written into its bytes.
@@ -101,7 +115,8 @@ pub(crate) struct Pointers {
     mask: Option<Value>,
 }
 
-struct Wide {
+/// Vectors of so many lanes.
+struct Wide<const LANES: u32> {
     graph: Graph,
     buffers: Value,
     /// First word of each buffer.
@@ -184,7 +199,27 @@ fn commutes(op: Binary, ty: Ty) -> bool {
     }
 }
 
-impl Wide {
+impl<const LANES: u32> Wide<LANES> {
+    /// Whether masks have registers of their own, of a bit for each lane.
+    const HAS_MASKS: bool = LANES == 16;
+    const VECTORS: Vectors = if Self::HAS_MASKS { Vectors::Avx512 } else { Vectors::Avx2 };
+
+    fn compile(trees: &Trees, lanes: u32, checked: bool) -> Result<Vec<u8>, Error> {
+        let mut asm = Self::new(trees);
+        emit(&mut asm, trees, lanes);
+        let Self {
+            mut graph,
+            mut arrays,
+            end,
+            ..
+        } = asm;
+        arrays.push(end);
+        graph.finish(folded);
+        let function = Function::new(&graph, Self::VECTORS, folded);
+        let output = function.allocate(checked)?;
+        write::write(&graph, &function, &output, &arrays)
+    }
+
     fn new(trees: &Trees) -> Self {
         let mut graph = Graph::new();
         let [buffers, workgroup, first_lane, turns] = graph.parameters();
@@ -241,7 +276,7 @@ impl Wide {
     /// All lanes if a scalar is true, else none.
     fn lanes_if(&mut self, condition: Value) -> Value {
         let bits = self.int(Op::Negate, &[condition]);
-        self.mask(Op::MaskOfBits, &[bits])
+        self.mask(if Self::HAS_MASKS { Op::MaskOfBits } else { Op::Spread }, &[bits])
     }
 
     fn integers(&mut self, op: Binary, signed: bool, a: Value, b: Value) -> Value {
@@ -288,7 +323,11 @@ impl Wide {
                     return self.mask(Op::Test(x86::VCMPPS.with(test)), &[a, b]);
                 }
                 let mask = self.mask(Op::Test(x86::VCMPSS.with(test)), &[a, b]);
-                return self.int(Op::BitsOfMask, &[mask]);
+                if Self::HAS_MASKS {
+                    return self.int(Op::BitsOfMask, &[mask]);
+                }
+                let bits = self.int(Op::BitsOfFloat, &[mask]);
+                return self.int(Op::Negate, &[bits]);
             }
         };
         self.vector(Op::Two(if is_vector { all } else { one }), &[a, b])
@@ -320,7 +359,10 @@ impl Wide {
                 self.mask(Op::Logic(Logic::And), &[a, b])
             }
             Binary::Or => self.mask(Op::Logic(Logic::Or), &[a, b]),
-            Binary::Equal => self.mask(Op::Logic(Logic::Same), &[a, b]),
+            Binary::Equal => {
+                let differ = self.mask(Op::Logic(Logic::Xor), &[a, b]);
+                self.mask(Op::InvertMask, &[differ])
+            }
             Binary::Xor | Binary::NotEqual => self.mask(Op::Logic(Logic::Xor), &[a, b]),
             other => unreachable!("truth values have no {other:?}"),
         }
@@ -341,13 +383,33 @@ impl Wide {
             Binary::Max => x86::VPMAXUD,
             Binary::Divide | Binary::Remainder => return self.divided(op, a, b),
             Binary::ShiftLeft | Binary::ShiftRight => return self.shifted(op, signed, a, b),
-            op => {
-                let test = integer_test(op).expect("integers have no other operations");
-                let compare = if signed { x86::VPCMPD } else { x86::VPCMPUD };
-                return self.mask(Op::Test(compare.with(test)), &[a, b]);
-            }
+            op => return self.compared(op, signed, a, b),
         };
         self.vector(Op::Two(op), &[a, b])
+    }
+
+    fn compared(&mut self, op: Binary, signed: bool, a: Value, b: Value) -> Value {
+        if Self::HAS_MASKS {
+            let test = integer_test(op).expect("integers have no other operations");
+            let compare = if signed { x86::VPCMPD } else { x86::VPCMPUD };
+            return self.mask(Op::Test(compare.with(test)), &[a, b]);
+        }
+        // There are two instructions: equal, and greater with signs. Without them, one is not less than another if it is the greater one.
+        let (test, a, b, inverted) = match op {
+            Binary::Equal | Binary::NotEqual => (x86::VPCMPEQD, a, b, op == Binary::NotEqual),
+            Binary::Greater | Binary::LessEqual if signed => (x86::VPCMPGTD, a, b, op == Binary::LessEqual),
+            Binary::Less | Binary::GreaterEqual if signed => (x86::VPCMPGTD, b, a, op == Binary::GreaterEqual),
+            Binary::GreaterEqual | Binary::Less => {
+                let greater = self.vector(Op::Two(x86::VPMAXUD), &[a, b]);
+                (x86::VPCMPEQD, greater, a, op == Binary::Less)
+            }
+            _ => {
+                let less = self.vector(Op::Two(x86::VPMINUD), &[a, b]);
+                (x86::VPCMPEQD, less, a, op == Binary::Greater)
+            }
+        };
+        let mask = self.mask(Op::Test(test), &[a, b]);
+        if inverted { self.mask(Op::InvertMask, &[mask]) } else { mask }
     }
 
     /// Shifts all lanes by a scalar.
@@ -356,7 +418,7 @@ impl Wide {
         let (number, by_register) = match op {
             Binary::ShiftLeft => (6, x86::VPSLLD),
             _ if signed => (4, x86::VPSRAD),
-            _ => (2, x86::VPSRLD),
+            _ => (RIGHT, x86::VPSRLD),
         };
         if let Some(Op::Int(count)) = self.graph.op(count) {
             let op = x86::VPSHIFTD.with((count % 32) as u8);
@@ -375,17 +437,49 @@ impl Wide {
         for upper in [false, true] {
             let [a, b] = [a, b].map(|all| {
                 let half = if upper { self.vector(Op::Upper, &[all]) } else { all };
-                self.vector(Op::One(x86::VCVTUDQ2PD), &[half])
+                self.doubles(half)
             });
             let quotient = self.vector(Op::Two(x86::VDIVPD), &[a, b]);
-            halves.push(self.vector(Op::One(x86::VCVTTPD2UDQ), &[quotient]));
+            halves.push(self.vector(
+                if Self::HAS_MASKS {
+                    Op::One(x86::VCVTTPD2UDQ)
+                } else {
+                    Op::One(x86::VROUNDPD.with(TO_ZERO))
+                },
+                &[quotient],
+            ));
         }
-        let quotients = self.vector(Op::Two(x86::VINSERTI64X4.with(1)), &[halves[0], halves[1]]);
+        let quotients = if Self::HAS_MASKS {
+            self.vector(Op::Two(x86::VINSERTI64X4.with(1)), &[halves[0], halves[1]])
+        } else {
+            self.joined(&halves)
+        };
         if op == Binary::Divide {
             return quotients;
         }
         let products = self.vector(Op::Two(x86::VPMULLD), &[quotients, b]);
         self.vector(Op::Two(x86::VPSUBD), &[a, products])
+    }
+
+    /// Floats of 64 bits from half a vector of unsigned integers.
+    fn doubles(&mut self, half: Value) -> Value {
+        if Self::HAS_MASKS {
+            return self.vector(Op::One(x86::VCVTUDQ2PD), &[half]);
+        }
+        // After the bits of 2^52, they are its last ones.
+        let long = self.vector(Op::One(x86::VPMOVZXDQ), &[half]);
+        let bits = self.vector(Op::Double(BIG.to_bits()), &[]);
+        let sum = self.vector(Op::Two(x86::VPOR_DOUBLE), &[long, bits]);
+        self.vector(Op::Two(x86::VSUBPD), &[sum, bits])
+    }
+
+    /// A vector of unsigned integers from two halves of them, as floats of 64 bits.
+    fn joined(&mut self, halves: &[Value]) -> Value {
+        let big = self.vector(Op::Double(BIG.to_bits()), &[]);
+        let [lower, upper] = [0, 1].map(|at| self.vector(Op::Two(x86::VADDPD), &[halves[at], big]));
+        // The lower words of each, which are then in the order of quarters 0, 2, 1, 3.
+        let mixed = self.vector(Op::Two(x86::VSHUFPS.with(0b10_00_10_00)), &[lower, upper]);
+        self.vector(Op::One(x86::VPERMQ.with(0b11_01_10_00)), &[mixed])
     }
 
     fn convert_to_integer(&mut self, form: Form, to: Ty, a: Value) -> Value {
@@ -398,10 +492,11 @@ impl Wide {
         let [low, high] = [low, high].map(|bound| self.constant(form, bound.to_bits()));
         let above = self.floats(Binary::Max, is_vector, a, low);
         let within = self.floats(Binary::Min, is_vector, above, high);
-        let (all, one) = if to == Ty::I32 {
-            (x86::VCVTTPS2DQ, x86::VCVTTSS2SI)
-        } else {
-            (x86::VCVTTPS2UDQ, x86::VCVTTSS2USI)
+        let (all, one) = match (to, Self::HAS_MASKS) {
+            (Ty::I32, _) => (x86::VCVTTPS2DQ, x86::VCVTTSS2SI),
+            (_, true) => (x86::VCVTTPS2UDQ, x86::VCVTTSS2USI),
+            (_, false) if is_vector => return self.unsigned(within),
+            (_, false) => (x86::VCVTTPS2DQ, x86::VCVTTSS2SI_LONG),
         };
         if is_vector {
             self.vector(Op::One(all), &[within])
@@ -410,14 +505,36 @@ impl Wide {
         }
     }
 
+    /// Unsigned integers from floats that have one each, through signed integers.
+    fn unsigned(&mut self, floats: Value) -> Value {
+        let half = self.vector(Op::Constant(HALF.to_bits()), &[]);
+        let is_large = self.floats(Binary::GreaterEqual, true, floats, half);
+        let less = self.vector(Op::Two(x86::VPANDD), &[is_large, half]);
+        let rest = self.vector(Op::Two(x86::VSUBPS), &[floats, less]);
+        let rest = self.vector(Op::One(x86::VCVTTPS2DQ), &[rest]);
+        let bits = self.vector(Op::Constant(SIGN), &[]);
+        let bits = self.vector(Op::Two(x86::VPANDD), &[is_large, bits]);
+        self.vector(Op::Two(x86::VPXORD), &[rest, bits])
+    }
+
+    /// Floats from unsigned integers: the sum of their halves, of which each is exact, so that it is rounded once.
+    fn floats_of_unsigned(&mut self, words: Value) -> Value {
+        let upper = self.vector(Op::ByNumber(x86::VPSHIFTD.with(16), RIGHT), &[words]);
+        let lower = self.with_bits(x86::VPANDD, words, 0xffff);
+        let [upper, lower] = [upper, lower].map(|half| self.vector(Op::One(x86::VCVTDQ2PS), &[half]));
+        let unit = self.vector(Op::Constant(65_536.0_f32.to_bits()), &[]);
+        let upper = self.vector(Op::Two(x86::VMULPS), &[upper, unit]);
+        self.vector(Op::Two(x86::VADDPS), &[upper, lower])
+    }
+
     /// A bitwise operation with the sign of floats.
-    fn with_bits(&mut self, op: Evex, a: Value, bits: u32) -> Value {
+    fn with_bits(&mut self, op: Instruction, a: Value, bits: u32) -> Value {
         let bits = self.vector(Op::Constant(bits), &[]);
         self.vector(Op::Two(op), &[a, bits])
     }
 }
 
-impl Blocks for Wide {
+impl<const LANES: u32> Blocks for Wide<LANES> {
     type Value = Value;
     type Block = BlockId;
 
@@ -462,7 +579,7 @@ impl Blocks for Wide {
     }
 }
 
-impl Assembler for Wide {
+impl<const LANES: u32> Assembler for Wide<LANES> {
     const LANES: u32 = LANES;
     const STORES_MASKED: bool = true;
     type Variable = Variable;
@@ -593,23 +710,35 @@ impl Assembler for Wide {
     }
 
     fn masked(&mut self, mask: Value, words: Value) -> Value {
-        if self.graph.op(words) == Some(Op::Constant(u32::MAX)) {
-            return self.vector(Op::Words, &[mask]);
+        let is_all = self.graph.op(words) == Some(Op::Constant(u32::MAX));
+        match (Self::HAS_MASKS, is_all) {
+            (true, true) => self.vector(Op::Words, &[mask]),
+            (true, false) => self.vector(Op::Masked, &[mask, words]),
+            (false, true) => self.vector(Op::One(x86::VMOVAPS), &[mask]),
+            (false, false) => self.vector(Op::Two(x86::VPANDD), &[mask, words]),
         }
-        self.vector(Op::Masked, &[mask, words])
     }
 
     fn mask_of(&mut self, words: Value) -> Value {
-        self.mask(Op::Test(x86::VPTESTMD), &[words, words])
+        if Self::HAS_MASKS {
+            self.mask(Op::Test(x86::VPTESTMD), &[words, words])
+        } else {
+            self.mask(Op::One(x86::VMOVAPS), &[words])
+        }
     }
 
     fn convert(&mut self, from: Form, to: Ty, a: Value) -> Value {
         match (from, to) {
             (Form::One(Ty::F32) | Form::Vector(Ty::F32), Ty::I32 | Ty::U32) => self.convert_to_integer(from, to, a),
             (Form::One(Ty::I32), Ty::F32) => self.vector(Op::FloatOfInt(x86::VCVTSI2SS), &[a]),
-            (Form::One(Ty::U32), Ty::F32) => self.vector(Op::FloatOfInt(x86::VCVTUSI2SS), &[a]),
+            (Form::One(Ty::U32), Ty::F32) if Self::HAS_MASKS => {
+                self.vector(Op::FloatOfInt(x86::VCVTUSI2SS), &[a])
+            }
+            // The upper half of a register is zero.
+            (Form::One(Ty::U32), Ty::F32) => self.vector(Op::FloatOfInt(x86::VCVTSI2SS_LONG), &[a]),
             (Form::Vector(Ty::I32), Ty::F32) => self.vector(Op::One(x86::VCVTDQ2PS), &[a]),
-            (Form::Vector(Ty::U32), Ty::F32) => self.vector(Op::One(x86::VCVTUDQ2PS), &[a]),
+            (Form::Vector(Ty::U32), Ty::F32) if Self::HAS_MASKS => self.vector(Op::One(x86::VCVTUDQ2PS), &[a]),
+            (Form::Vector(Ty::U32), Ty::F32) => self.floats_of_unsigned(a),
             _ => a,
         }
     }

@@ -5,13 +5,14 @@ use regalloc2::{
     OperandPos, Output, PReg, PRegSet, RegClass, RegallocOptions, VReg,
 };
 
-use super::encode::{RAX, RBP, RCX, RDI, RDX, RSI, RSP, Register};
+use super::encode::{RAX, RBP, RCX, RDI, RDX, RSI, RSP, Register, Vectors};
 use super::graph::{Graph, Inst, Value};
 use super::operations::{Class, Op};
 use crate::Error;
 
 /// A function in the order of its code, as the allocator sees it.
 pub(super) struct Function {
+    pub(super) vectors: Vectors,
     pub(super) insts: Vec<Inst>,
     /// The block and what it holds.
     pub(super) blocks: Vec<Blocks>,
@@ -33,12 +34,12 @@ pub(super) struct Blocks {
     passed: Vec<VReg>,
 }
 
-fn class(class: Class) -> RegClass {
+fn class(vectors: Vectors, class: Class) -> RegClass {
     match class {
         Class::Int => RegClass::Int,
         // The allocator's third kind.
-        Class::Mask => RegClass::Float,
-        Class::Vector => RegClass::Vector,
+        Class::Mask if vectors == Vectors::Avx512 => RegClass::Float,
+        Class::Mask | Class::Vector => RegClass::Vector,
     }
 }
 
@@ -48,14 +49,15 @@ fn general(register: Register) -> PReg {
 
 impl Function {
     /// `folded` says which operand of an instruction, if any, is written into it.
-    pub(super) fn new(graph: &Graph, folds: impl Fn(&Graph, &Inst) -> Option<usize>) -> Self {
+    pub(super) fn new(graph: &Graph, vectors: Vectors, folds: impl Fn(&Graph, &Inst) -> Option<usize>) -> Self {
         let mut numbers = vec![None; graph.blocks.len()];
         for (number, block) in graph.order.iter().enumerate() {
             numbers[*block] = Some(Block::new(number));
         }
         let numbered = |blocks: &[usize]| blocks.iter().filter_map(|block| numbers[*block]).collect();
-        let register = |value: &Value| VReg::new(value.at(), class(graph.class(*value)));
+        let register = |value: &Value| VReg::new(value.at(), class(vectors, graph.class(*value)));
         let mut function = Self {
+            vectors,
             insts: Vec::new(),
             blocks: Vec::new(),
             operands: Vec::new(),
@@ -85,7 +87,8 @@ impl Function {
 
     /// Says where an instruction's result and operands may be: the result first.
     fn add_operands(&mut self, graph: &Graph, inst: &Inst, folded: Option<usize>) {
-        let register = |value: Value| VReg::new(value.at(), class(graph.class(value)));
+        let vectors = self.vectors;
+        let register = |value: Value| VReg::new(value.at(), class(vectors, graph.class(value)));
         let arg = |at| register(inst.args.get(at));
         let count = inst.args.iter().count();
         let operands = &mut self.operands;
@@ -126,6 +129,11 @@ impl Function {
                 operands.extend(out.map(|out| Operand::reg_reuse_def(out, 2)));
                 operands.extend((0..count).map(|at| Operand::reg_use(arg(at))));
             }
+            // With a VEX prefix it takes no memory.
+            Op::ByNumber(..) if vectors == Vectors::Avx2 => {
+                operands.extend(out.map(Operand::reg_def));
+                operands.push(Operand::reg_use(arg(0)));
+            }
             // The result is written before the operand is read for the last time.
             Op::Size | Op::Any => {
                 operands.extend(out.map(Operand::reg_def_at_start));
@@ -154,7 +162,15 @@ impl Function {
                 // All three registers must differ, and the mask is used up.
                 operands.extend(out.map(Operand::reg_def_at_start));
                 operands.extend([0, 1].map(|at| Operand::reg_use(arg(at))));
-                operands.push(Operand::reg_temp(scratch(RegClass::Float)));
+                operands.push(Operand::reg_temp(scratch(class(vectors, Class::Mask))));
+            }
+            Op::Scatter(_) if vectors == Vectors::Avx2 => {
+                // What is read lane by lane is in memory.
+                let on_stack = |at| {
+                    Operand::new(arg(at), OperandConstraint::Stack, OperandKind::Use, OperandPos::Early)
+                };
+                operands.extend([Operand::reg_use(arg(0)), on_stack(1), on_stack(2), Operand::reg_use(arg(3))]);
+                operands.extend([(); 3].map(|()| Operand::reg_temp(scratch(RegClass::Int))));
             }
             Op::Scatter(_) => {
                 operands.extend((0..count).map(|at| Operand::reg_use(arg(at))));
@@ -177,9 +193,15 @@ impl Function {
         for register in (0..16).filter(|register| ![RSP, RBP].contains(register)) {
             set[0].add(general(register));
         }
-        // The first mask register stands for none.
-        (1..8).for_each(|register| set[1].add(PReg::new(register, RegClass::Float)));
-        (0..32).for_each(|register| set[2].add(PReg::new(register, RegClass::Vector)));
+        let number = match self.vectors {
+            Vectors::Avx2 => 16,
+            Vectors::Avx512 => 32,
+        };
+        (0..number).for_each(|register| set[2].add(PReg::new(register, RegClass::Vector)));
+        if self.vectors == Vectors::Avx512 {
+            // The first mask register stands for none.
+            (1..8).for_each(|register| set[1].add(PReg::new(register, RegClass::Float)));
+        }
         let environment = MachineEnv {
             preferred_regs_by_class: set,
             non_preferred_regs_by_class: [PRegSet::empty(); 3],
@@ -251,6 +273,10 @@ impl allocator::Function for Function {
     }
     fn spillslot_size(&self, class: RegClass) -> usize {
         // In units of eight bytes.
-        if class == RegClass::Vector { 8 } else { 1 }
+        if class == RegClass::Vector {
+            self.vectors.lanes() as usize / 2
+        } else {
+            1
+        }
     }
 }

@@ -41,26 +41,45 @@ pub(super) enum Prefix {
     PF2,
 }
 
+/// Kinds of vectors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Vectors {
+    /// 16 registers of 256 bits. Instructions have a VEX prefix. Masks are vectors, whose lanes have all bits or none.
+    #[default]
+    Avx2,
+    /// 32 registers of 512 bits. Instructions have an EVEX prefix, which has room for a mask.
+    Avx512,
+}
+
+impl Vectors {
+    pub(super) fn lanes(self) -> u32 {
+        match self {
+            Self::Avx2 => 8,
+            Self::Avx512 => 16,
+        }
+    }
+}
+
 /// How much of a vector an instruction uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Width {
-    /// 512 bits; in memory, one word can stand for all.
+    /// All of it; with an EVEX prefix, one word in memory can stand for all.
     Full,
-    /// 512 bits in registers, one word in memory.
+    /// All of it in registers, one word in memory.
     Word,
     /// One word.
     Scalar,
-    /// 512 bits, and 256 of the last operand.
+    /// All of it, and half of the last operand.
     Half,
-    /// 512 bits, and 128 of the last operand.
-    Quarter,
-    /// 512 bits, and as many indices of words in memory.
+    /// All of it, and 128 bits of the last operand.
+    Row,
+    /// All of it, and as many indices of words in memory.
     Indices,
 }
 
-/// An instruction with an EVEX prefix, without its operands.
+/// An instruction on vectors, without its operands. Those that both kinds of vectors have differ in the prefix alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Evex {
+pub(super) struct Instruction {
     map: u8,
     prefix: Prefix,
     is_wide: bool,
@@ -70,7 +89,7 @@ pub(super) struct Evex {
     last: Option<u8>,
 }
 
-impl Evex {
+impl Instruction {
     pub(super) const fn new(map: u8, prefix: Prefix) -> Self {
         Self {
             map,
@@ -96,8 +115,8 @@ impl Evex {
         let width = Width::Half;
         Self { width, ..self }
     }
-    pub(super) const fn quarter(self) -> Self {
-        let width = Width::Quarter;
+    pub(super) const fn row(self) -> Self {
+        let width = Width::Row;
         Self { width, ..self }
     }
     pub(super) const fn indices(self) -> Self {
@@ -123,6 +142,7 @@ impl Evex {
 struct Vex {
     map: u8,
     prefix: Prefix,
+    is_wide: bool,
     is_long: bool,
     opcode: u8,
 }
@@ -133,6 +153,7 @@ impl Vex {
         Self {
             map: 1,
             prefix: Prefix::None,
+            is_wide: false,
             is_long,
             opcode,
         }
@@ -142,8 +163,11 @@ impl Vex {
 /// Constants behind the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Constant {
+    /// For a vector that can't be made of one word, as many as it has lanes.
     Word(u32),
-    /// 16 consecutive numbers.
+    /// The same 64 bits for each two lanes.
+    Double(u64),
+    /// Consecutive numbers.
     Ramp(u32),
 }
 
@@ -173,12 +197,29 @@ pub(super) struct Under {
     pub(super) zeroes: bool,
 }
 
+impl Under {
+    pub(super) fn lanes_of(mask: Register) -> Self {
+        Self { mask, zeroes: false }
+    }
+}
+
+impl Memory {
+    /// The word after it whose number a general register has.
+    pub(super) fn word(self, number: Register) -> Self {
+        match self {
+            Self::At(base, distance) => Self::Indexed(base, number, distance),
+            other => unreachable!("{other:?} has no words after it"),
+        }
+    }
+}
+
 /// A place in the code that jumps go to.
 pub(super) type Label = usize;
 
 /// The bytes of one function.
 #[derive(Debug, Default)]
 pub(super) struct Bytes {
+    vectors: Vectors,
     code: Vec<u8>,
     labels: Vec<Option<usize>>,
     /// Distances to labels that are yet to be written.
@@ -194,8 +235,9 @@ fn bit(register: Register, number: u32) -> u8 {
 }
 
 impl Bytes {
-    pub(super) fn new(labels: usize) -> Self {
+    pub(super) fn new(vectors: Vectors, labels: usize) -> Self {
         Self {
+            vectors,
             labels: vec![None; labels],
             ..Self::default()
         }
@@ -320,10 +362,29 @@ impl Bytes {
         let op = Vex {
             map: 2,
             prefix,
+            is_wide: false,
             is_long: false,
             opcode: 0xf7,
         };
-        self.vex(op, to, count, Place::In(from));
+        self.vex(op, to, count, Place::In(from), None);
+    }
+
+    /// The number of the first bit that is set.
+    pub(super) fn first_bit(&mut self, to: Register, of: Register) {
+        self.byte(0xf3);
+        self.general(false, &[0x0f, 0xbc], to, Place::In(of));
+    }
+
+    /// Clears the first bit that is set, and sets the flag of zero if there is no other.
+    pub(super) fn drop_first_bit(&mut self, of: Register) {
+        let op = Vex {
+            map: 2,
+            prefix: Prefix::None,
+            is_wide: false,
+            is_long: false,
+            opcode: 0xf3,
+        };
+        self.vex(op, 1, of, Place::In(of), None);
     }
 
     /// Replaces a register by another if the condition holds.
@@ -367,6 +428,11 @@ impl Bytes {
 
     // Control flow.
 
+    pub(super) fn new_label(&mut self) -> Label {
+        self.labels.push(None);
+        self.labels.len() - 1
+    }
+
     pub(super) fn label(&mut self, label: Label) {
         self.labels[label] = Some(self.code.len());
     }
@@ -388,18 +454,24 @@ impl Bytes {
 
     // Masks.
 
-    fn vex(&mut self, op: Vex, register: Register, other: Register, place: Place) {
+    /// An instruction with VEX prefix. `last`: a byte that follows the operands.
+    fn vex(&mut self, op: Vex, register: Register, other: Register, place: Place, last: Option<u8>) {
         let (base, index) = match place {
             Place::In(other) | Place::At(Memory::At(other, _)) => (other, 0),
             Place::At(Memory::Indexed(base, index, _)) => (base, index),
             Place::At(Memory::Constant(_)) => (0, 0),
         };
         let extensions = bit(register, 3) << 7 | bit(index, 3) << 6 | bit(base, 3) << 5;
-        self.byte(0xc4);
-        self.byte(extensions ^ 0xe0 | op.map);
-        self.byte((!other & 15) << 3 | u8::from(op.is_long) << 2 | op.prefix as u8);
+        let rest = (!other & 15) << 3 | u8::from(op.is_long) << 2 | op.prefix as u8;
+        if op.map == 1 && !op.is_wide && extensions & 0x60 == 0 {
+            self.code.extend([0xc5, extensions ^ 0x80 | rest]);
+        } else {
+            self.code
+                .extend([0xc4, extensions ^ 0xe0 | op.map, u8::from(op.is_wide) << 7 | rest]);
+        }
         self.byte(op.opcode);
-        self.operand(register, place, 1, 0);
+        self.operand(register, place, 1, usize::from(last.is_some()));
+        self.code.extend(last);
     }
 
     pub(super) fn logic(&mut self, op: Logic, to: Register, a: Register, b: Register) {
@@ -410,39 +482,61 @@ impl Bytes {
             Logic::Same => 0x46,
             Logic::Xor => 0x47,
         };
-        self.vex(Vex::of_masks(true, opcode), to, a, Place::In(b));
+        self.vex(Vex::of_masks(true, opcode), to, a, Place::In(b), None);
     }
 
     pub(super) fn invert_mask(&mut self, to: Register, from: Register) {
-        self.vex(Vex::of_masks(false, 0x44), to, 0, Place::In(from));
+        self.vex(Vex::of_masks(false, 0x44), to, 0, Place::In(from), None);
     }
 
     /// Sets the flag of zero if no lane is set.
     pub(super) fn test_mask(&mut self, mask: Register) {
-        self.vex(Vex::of_masks(false, 0x98), mask, 0, Place::In(mask));
+        self.vex(Vex::of_masks(false, 0x98), mask, 0, Place::In(mask), None);
     }
 
     pub(super) fn copy_mask(&mut self, to: Register, from: Place) {
-        self.vex(Vex::of_masks(false, 0x90), to, 0, from);
+        self.vex(Vex::of_masks(false, 0x90), to, 0, from, None);
     }
 
     pub(super) fn save_mask(&mut self, to: Memory, from: Register) {
-        self.vex(Vex::of_masks(false, 0x91), from, 0, Place::At(to));
+        self.vex(Vex::of_masks(false, 0x91), from, 0, Place::At(to), None);
     }
 
     pub(super) fn mask_of_bits(&mut self, to: Register, from: Register) {
-        self.vex(Vex::of_masks(false, 0x92), to, 0, Place::In(from));
+        self.vex(Vex::of_masks(false, 0x92), to, 0, Place::In(from), None);
     }
 
     pub(super) fn bits_of_mask(&mut self, to: Register, from: Register) {
-        self.vex(Vex::of_masks(false, 0x93), to, 0, Place::In(from));
+        self.vex(Vex::of_masks(false, 0x93), to, 0, Place::In(from), None);
     }
 
     // Vectors.
 
-    /// An instruction with EVEX prefix: `register` is the one in ModR/M's field of this name, `other` the one in the prefix. It runs `under`
-    /// a mask, where that isn't 0. A vector of indices is the index of its memory.
-    pub(super) fn evex(&mut self, op: Evex, register: Register, other: Register, place: Place, under: Under) {
+    /// An instruction: `register` is the one in ModR/M's field of this name, `other` the one in the prefix. A vector of indices is the index
+    /// of its memory.
+    pub(super) fn vector(&mut self, op: Instruction, register: Register, other: Register, place: Place) {
+        if self.vectors == Vectors::Avx512 {
+            return self.vector_under(op, register, other, place, Under::default());
+        }
+        let vex = Vex {
+            map: op.map,
+            prefix: op.prefix,
+            is_wide: op.is_wide,
+            is_long: op.width != Width::Scalar,
+            opcode: op.opcode,
+        };
+        self.vex(vex, register, other, place, op.last);
+    }
+
+    /// An instruction on vectors of 512 bits that runs `under` a mask, where that isn't 0.
+    pub(super) fn vector_under(
+        &mut self,
+        op: Instruction,
+        register: Register,
+        other: Register,
+        place: Place,
+        under: Under,
+    ) {
         // Bits of numbers beyond 7 stand inverted in the prefix.
         let (x, b) = match place {
             Place::In(other) => (bit(other, 4), bit(other, 3)),
@@ -460,7 +554,7 @@ impl Bytes {
             Width::Full => (2, 64),
             Width::Word | Width::Indices => (2, 4),
             Width::Half => (2, 32),
-            Width::Quarter => (2, 16),
+            Width::Row => (2, 16),
             Width::Scalar => (0, 4),
         };
         self.byte(0x62);
@@ -469,9 +563,7 @@ impl Bytes {
         self.byte(u8::from(under.zeroes) << 7 | length << 5 | u8::from(spreads) << 4 | (v ^ 1) << 3 | under.mask);
         self.byte(op.opcode);
         self.operand(register, place, unit, usize::from(op.last.is_some()));
-        if let Some(last) = op.last {
-            self.byte(last);
-        }
+        self.code.extend(op.last);
     }
 
     /// Writes the bytes for a register and a place. Short distances are in `unit` bytes; `after` bytes follow.
@@ -522,9 +614,12 @@ impl Bytes {
         for (at, end, constant) in self.references {
             let to = *places.entry(constant).or_insert_with(|| {
                 let place = self.code.len();
+                let lanes = self.vectors.lanes();
+                let copies = if self.vectors == Vectors::Avx512 { 1 } else { lanes };
                 match constant {
-                    Constant::Word(word) => self.code.extend(word.to_le_bytes()),
-                    Constant::Ramp(first) => self.code.extend((first..first + 16).flat_map(u32::to_le_bytes)),
+                    Constant::Word(word) => self.code.extend((0..copies).flat_map(|_| word.to_le_bytes())),
+                    Constant::Double(bits) => self.code.extend((0..lanes / 2).flat_map(|_| bits.to_le_bytes())),
+                    Constant::Ramp(first) => self.code.extend((first..first + lanes).flat_map(u32::to_le_bytes)),
                 }
                 place
             });

@@ -1,15 +1,15 @@
-//! Instructions of 64-bit x86 with AVX-512, before they have registers. None of them fuses two float operations into one.
+//! Instructions of 64-bit x86 with AVX2 or AVX-512, before they have registers. None of them fuses two float operations into one.
 
-use super::encode::{Condition, Evex, Prefix};
+use super::encode::{Condition, Instruction, Prefix};
 
 /// Kinds of registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Class {
     /// An integer, a truth value that is 0 or 1, or a pointer.
     Int,
-    /// A bit for each lane of a vector.
+    /// A truth value for each lane of a vector.
     Mask,
-    /// A vector of 512 bits, or a float in its first lane.
+    /// A vector, or a float in its first lane.
     Vector,
 }
 
@@ -45,7 +45,7 @@ pub(super) enum Shift {
     SignedRight,
 }
 
-/// Operations on masks of 16 lanes.
+/// Operations on masks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Logic {
     And,
@@ -109,8 +109,8 @@ pub(super) enum Op {
     BitsOfFloat,
     FloatOfBits,
     /// A float, to which an integer is converted.
-    FloatOfInt(Evex),
-    IntOfFloat(Evex),
+    FloatOfInt(Instruction),
+    IntOfFloat(Instruction),
     MaskOfBits,
     BitsOfMask,
     /// A vector with the same integer in each lane.
@@ -127,16 +127,18 @@ pub(super) enum Op {
     // Vectors.
     /// The same bits in each lane.
     Constant(u32),
+    /// The same bits in each two lanes.
+    Double(u64),
     /// The numbers from this one on.
     Ramp(u32),
     /// An instruction with one operand.
-    One(Evex),
+    One(Instruction),
     /// An instruction with two operands.
-    Two(Evex),
+    Two(Instruction),
     /// An instruction with two operands that makes a mask.
-    Test(Evex),
+    Test(Instruction),
     /// An instruction with one operand and a number that stands in it.
-    ByNumber(Evex, u8),
+    ByNumber(Instruction, u8),
     /// The second operand where the mask is set, else the third.
     Blend,
     /// The second operand where the mask is set, else zeros.
@@ -200,77 +202,104 @@ impl Op {
 
 /// Instructions, as Intel's manual names them.
 pub(super) mod instructions {
-    use super::{Evex, Prefix};
+    use super::{Instruction, Prefix};
 
-    const PLAIN: Evex = Evex::new(1, Prefix::None);
-    const P66: Evex = Evex::new(1, Prefix::P66);
-    const PF3: Evex = Evex::new(1, Prefix::PF3);
-    const PF2: Evex = Evex::new(1, Prefix::PF2);
-    const MAP2: Evex = Evex::new(2, Prefix::P66);
-    const MAP3: Evex = Evex::new(3, Prefix::P66);
+    const PLAIN: Instruction = Instruction::new(1, Prefix::None);
+    const P66: Instruction = Instruction::new(1, Prefix::P66);
+    const PF3: Instruction = Instruction::new(1, Prefix::PF3);
+    const PF2: Instruction = Instruction::new(1, Prefix::PF2);
+    const MAP2: Instruction = Instruction::new(2, Prefix::P66);
+    const MAP3: Instruction = Instruction::new(3, Prefix::P66);
 
-    pub(in super::super) const VADDPS: Evex = PLAIN.code(0x58);
-    pub(in super::super) const VMULPS: Evex = PLAIN.code(0x59);
-    pub(in super::super) const VSUBPS: Evex = PLAIN.code(0x5c);
-    pub(in super::super) const VMINPS: Evex = PLAIN.code(0x5d);
-    pub(in super::super) const VMAXPS: Evex = PLAIN.code(0x5f);
-    pub(in super::super) const VADDSS: Evex = PF3.scalar().code(0x58);
-    pub(in super::super) const VMULSS: Evex = PF3.scalar().code(0x59);
-    pub(in super::super) const VSUBSS: Evex = PF3.scalar().code(0x5c);
-    pub(in super::super) const VMINSS: Evex = PF3.scalar().code(0x5d);
-    pub(in super::super) const VMAXSS: Evex = PF3.scalar().code(0x5f);
-    pub(in super::super) const VCMPPS: Evex = PLAIN.code(0xc2);
-    pub(in super::super) const VCMPSS: Evex = PF3.scalar().code(0xc2);
-    pub(in super::super) const VPADDD: Evex = P66.code(0xfe);
-    pub(in super::super) const VPSUBD: Evex = P66.code(0xfa);
-    pub(in super::super) const VPMULLD: Evex = MAP2.code(0x40);
-    pub(in super::super) const VPANDD: Evex = P66.code(0xdb);
-    pub(in super::super) const VPORD: Evex = P66.code(0xeb);
-    pub(in super::super) const VPXORD: Evex = P66.code(0xef);
-    pub(in super::super) const VPMINUD: Evex = MAP2.code(0x3b);
-    pub(in super::super) const VPMINSD: Evex = MAP2.code(0x39);
-    pub(in super::super) const VPMAXUD: Evex = MAP2.code(0x3f);
-    pub(in super::super) const VPMAXSD: Evex = MAP2.code(0x3d);
-    pub(in super::super) const VPCMPD: Evex = MAP3.code(0x1f);
-    pub(in super::super) const VPCMPUD: Evex = MAP3.code(0x1e);
-    pub(in super::super) const VPTESTMD: Evex = MAP2.code(0x27);
-    pub(in super::super) const VPSLLD: Evex = P66.quarter().code(0xf2);
-    pub(in super::super) const VPSRLD: Evex = P66.quarter().code(0xd2);
-    pub(in super::super) const VPSRAD: Evex = P66.quarter().code(0xe2);
+    pub(in super::super) const VADDPS: Instruction = PLAIN.code(0x58);
+    pub(in super::super) const VMULPS: Instruction = PLAIN.code(0x59);
+    pub(in super::super) const VSUBPS: Instruction = PLAIN.code(0x5c);
+    pub(in super::super) const VMINPS: Instruction = PLAIN.code(0x5d);
+    pub(in super::super) const VMAXPS: Instruction = PLAIN.code(0x5f);
+    pub(in super::super) const VADDSS: Instruction = PF3.scalar().code(0x58);
+    pub(in super::super) const VMULSS: Instruction = PF3.scalar().code(0x59);
+    pub(in super::super) const VSUBSS: Instruction = PF3.scalar().code(0x5c);
+    pub(in super::super) const VMINSS: Instruction = PF3.scalar().code(0x5d);
+    pub(in super::super) const VMAXSS: Instruction = PF3.scalar().code(0x5f);
+    pub(in super::super) const VCMPPS: Instruction = PLAIN.code(0xc2);
+    pub(in super::super) const VCMPSS: Instruction = PF3.scalar().code(0xc2);
+    pub(in super::super) const VPADDD: Instruction = P66.code(0xfe);
+    pub(in super::super) const VPSUBD: Instruction = P66.code(0xfa);
+    pub(in super::super) const VPMULLD: Instruction = MAP2.code(0x40);
+    pub(in super::super) const VPANDD: Instruction = P66.code(0xdb);
+    pub(in super::super) const VPORD: Instruction = P66.code(0xeb);
+    pub(in super::super) const VPXORD: Instruction = P66.code(0xef);
+    pub(in super::super) const VPMINUD: Instruction = MAP2.code(0x3b);
+    pub(in super::super) const VPMINSD: Instruction = MAP2.code(0x39);
+    pub(in super::super) const VPMAXUD: Instruction = MAP2.code(0x3f);
+    pub(in super::super) const VPMAXSD: Instruction = MAP2.code(0x3d);
+    pub(in super::super) const VPCMPD: Instruction = MAP3.code(0x1f);
+    pub(in super::super) const VPCMPUD: Instruction = MAP3.code(0x1e);
+    pub(in super::super) const VPTESTMD: Instruction = MAP2.code(0x27);
+    pub(in super::super) const VPSLLD: Instruction = P66.row().code(0xf2);
+    pub(in super::super) const VPSRLD: Instruction = P66.row().code(0xd2);
+    pub(in super::super) const VPSRAD: Instruction = P66.row().code(0xe2);
     /// Shifts by a number; which one stands in the field of a register.
-    pub(in super::super) const VPSHIFTD: Evex = P66.code(0x72);
-    pub(in super::super) const VPSLLVD: Evex = MAP2.code(0x47);
-    pub(in super::super) const VPSRLVD: Evex = MAP2.code(0x45);
-    pub(in super::super) const VPSRAVD: Evex = MAP2.code(0x46);
-    pub(in super::super) const VPABSD: Evex = MAP2.code(0x1e);
-    pub(in super::super) const VRNDSCALEPS: Evex = MAP3.code(0x08);
-    pub(in super::super) const VRNDSCALESS: Evex = MAP3.scalar().code(0x0a);
-    pub(in super::super) const VCVTDQ2PS: Evex = PLAIN.code(0x5b);
-    pub(in super::super) const VCVTUDQ2PS: Evex = PF2.code(0x7a);
-    pub(in super::super) const VCVTTPS2DQ: Evex = PF3.code(0x5b);
-    pub(in super::super) const VCVTTPS2UDQ: Evex = PLAIN.code(0x78);
-    pub(in super::super) const VCVTSI2SS: Evex = PF3.scalar().code(0x2a);
-    pub(in super::super) const VCVTUSI2SS: Evex = PF3.scalar().code(0x7b);
-    pub(in super::super) const VCVTTSS2SI: Evex = PF3.scalar().code(0x2c);
-    pub(in super::super) const VCVTTSS2USI: Evex = PF3.scalar().code(0x78);
-    pub(in super::super) const VBLENDMPS: Evex = MAP2.code(0x65);
-    pub(in super::super) const VMOVAPS: Evex = PLAIN.code(0x28);
-    pub(in super::super) const VMOVAPS_STORE: Evex = PLAIN.code(0x29);
-    pub(in super::super) const VMOVUPS: Evex = PLAIN.code(0x10);
-    pub(in super::super) const VMOVUPS_STORE: Evex = PLAIN.code(0x11);
-    pub(in super::super) const VMOVSS: Evex = PF3.scalar().code(0x10);
-    pub(in super::super) const VMOVSS_STORE: Evex = PF3.scalar().code(0x11);
-    pub(in super::super) const VMOVD: Evex = P66.scalar().code(0x6e);
-    pub(in super::super) const VMOVD_STORE: Evex = P66.scalar().code(0x7e);
-    pub(in super::super) const VBROADCASTSS: Evex = MAP2.narrow().code(0x18);
-    pub(in super::super) const VPBROADCASTD: Evex = MAP2.code(0x7c);
-    pub(in super::super) const VPMOVM2D: Evex = Evex::new(2, Prefix::PF3).code(0x38);
-    pub(in super::super) const VPTERNLOGD: Evex = MAP3.code(0x25);
-    pub(in super::super) const VPGATHERDD: Evex = MAP2.indices().code(0x90);
-    pub(in super::super) const VPSCATTERDD: Evex = MAP2.indices().code(0xa0);
-    pub(in super::super) const VCVTUDQ2PD: Evex = PF3.half().code(0x7a);
-    pub(in super::super) const VDIVPD: Evex = P66.wide().code(0x5e);
-    pub(in super::super) const VCVTTPD2UDQ: Evex = PLAIN.wide().code(0x78);
-    pub(in super::super) const VEXTRACTI64X4: Evex = MAP3.wide().half().code(0x3b);
-    pub(in super::super) const VINSERTI64X4: Evex = MAP3.wide().half().code(0x3a);
+    pub(in super::super) const VPSHIFTD: Instruction = P66.code(0x72);
+    pub(in super::super) const VPSLLVD: Instruction = MAP2.code(0x47);
+    pub(in super::super) const VPSRLVD: Instruction = MAP2.code(0x45);
+    pub(in super::super) const VPSRAVD: Instruction = MAP2.code(0x46);
+    pub(in super::super) const VPABSD: Instruction = MAP2.code(0x1e);
+    pub(in super::super) const VRNDSCALEPS: Instruction = MAP3.code(0x08);
+    pub(in super::super) const VRNDSCALESS: Instruction = MAP3.scalar().code(0x0a);
+    pub(in super::super) const VCVTDQ2PS: Instruction = PLAIN.code(0x5b);
+    pub(in super::super) const VCVTUDQ2PS: Instruction = PF2.code(0x7a);
+    pub(in super::super) const VCVTTPS2DQ: Instruction = PF3.code(0x5b);
+    pub(in super::super) const VCVTTPS2UDQ: Instruction = PLAIN.code(0x78);
+    pub(in super::super) const VCVTSI2SS: Instruction = PF3.scalar().code(0x2a);
+    pub(in super::super) const VCVTUSI2SS: Instruction = PF3.scalar().code(0x7b);
+    pub(in super::super) const VCVTTSS2SI: Instruction = PF3.scalar().code(0x2c);
+    pub(in super::super) const VCVTTSS2USI: Instruction = PF3.scalar().code(0x78);
+    pub(in super::super) const VBLENDMPS: Instruction = MAP2.code(0x65);
+    pub(in super::super) const VMOVAPS: Instruction = PLAIN.code(0x28);
+    pub(in super::super) const VMOVAPS_STORE: Instruction = PLAIN.code(0x29);
+    pub(in super::super) const VMOVUPS: Instruction = PLAIN.code(0x10);
+    pub(in super::super) const VMOVUPS_STORE: Instruction = PLAIN.code(0x11);
+    pub(in super::super) const VMOVSS: Instruction = PF3.scalar().code(0x10);
+    pub(in super::super) const VMOVSS_STORE: Instruction = PF3.scalar().code(0x11);
+    pub(in super::super) const VMOVD: Instruction = P66.scalar().code(0x6e);
+    pub(in super::super) const VMOVD_STORE: Instruction = P66.scalar().code(0x7e);
+    pub(in super::super) const VBROADCASTSS: Instruction = MAP2.narrow().code(0x18);
+    pub(in super::super) const VPBROADCASTD: Instruction = MAP2.code(0x7c);
+    pub(in super::super) const VPMOVM2D: Instruction = Instruction::new(2, Prefix::PF3).code(0x38);
+    pub(in super::super) const VPTERNLOGD: Instruction = MAP3.code(0x25);
+    pub(in super::super) const VPGATHERDD: Instruction = MAP2.indices().code(0x90);
+    pub(in super::super) const VPSCATTERDD: Instruction = MAP2.indices().code(0xa0);
+    pub(in super::super) const VCVTUDQ2PD: Instruction = PF3.half().code(0x7a);
+    pub(in super::super) const VDIVPD: Instruction = P66.wide().code(0x5e);
+    pub(in super::super) const VCVTTPD2UDQ: Instruction = PLAIN.wide().code(0x78);
+    pub(in super::super) const VEXTRACTI64X4: Instruction = MAP3.wide().half().code(0x3b);
+    pub(in super::super) const VINSERTI64X4: Instruction = MAP3.wide().half().code(0x3a);
+    pub(in super::super) const VINSERTF32X4: Instruction = MAP3.row().code(0x18);
+    pub(in super::super) const VUNPCKLPS: Instruction = PLAIN.code(0x14);
+    pub(in super::super) const VUNPCKHPS: Instruction = PLAIN.code(0x15);
+    pub(in super::super) const VUNPCKLPD: Instruction = P66.wide().code(0x14);
+    pub(in super::super) const VUNPCKHPD: Instruction = P66.wide().code(0x15);
+
+    // Of AVX2 alone, or used with it alone.
+    pub(in super::super) const VPANDN: Instruction = P66.code(0xdf);
+    pub(in super::super) const VPCMPEQD: Instruction = P66.code(0x76);
+    pub(in super::super) const VPCMPGTD: Instruction = P66.code(0x66);
+    pub(in super::super) const VTESTPS: Instruction = MAP2.code(0x0e);
+    pub(in super::super) const VMOVMSKPS: Instruction = PLAIN.code(0x50);
+    /// The register with the mask is the upper half of the last byte.
+    pub(in super::super) const VBLENDVPS: Instruction = MAP3.code(0x4a);
+    pub(in super::super) const VMASKMOVPS_STORE: Instruction = MAP2.code(0x2e);
+    /// From a vector register, unlike [`VPBROADCASTD`].
+    pub(in super::super) const VPBROADCASTD_WORD: Instruction = MAP2.narrow().code(0x58);
+    pub(in super::super) const VEXTRACTI128: Instruction = MAP3.half().code(0x39);
+    pub(in super::super) const VPMOVZXDQ: Instruction = MAP2.half().code(0x35);
+    pub(in super::super) const VADDPD: Instruction = P66.wide().code(0x58);
+    pub(in super::super) const VSUBPD: Instruction = P66.wide().code(0x5c);
+    pub(in super::super) const VPOR_DOUBLE: Instruction = P66.wide().code(0xeb);
+    pub(in super::super) const VROUNDPD: Instruction = MAP3.wide().code(0x09);
+    pub(in super::super) const VSHUFPS: Instruction = PLAIN.code(0xc6);
+    pub(in super::super) const VPERMQ: Instruction = MAP3.wide().code(0x00);
+    pub(in super::super) const VCVTSI2SS_LONG: Instruction = PF3.scalar().wide().code(0x2a);
+    pub(in super::super) const VCVTTSS2SI_LONG: Instruction = PF3.scalar().wide().code(0x2c);
 }

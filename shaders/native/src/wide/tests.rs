@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use oneiro_shader_compiler::trees;
 
-use super::encode::{Bytes, Condition, Evex, Memory, Place, Register, Under};
+use super::encode::{Bytes, Condition, Instruction, Memory, Place, Register, Under, Vectors};
 use super::operations::{Arithmetic, Logic, Shift, instructions as x86};
 
 #[allow(dead_code, reason = "the build script uses the rest")]
@@ -31,12 +31,13 @@ impl Random {
         all[self.below(all.len() as u64) as usize]
     }
 
-    fn vector(&mut self) -> Register {
-        self.below(32) as Register
-    }
-
-    fn mask(&mut self) -> Register {
-        1 + self.below(7) as Register
+    /// A register of a kind, see [`SHARED`].
+    fn register(&mut self, vectors: Vectors, kind: u8) -> Register {
+        match (kind, vectors) {
+            (b'k' | b'm', Vectors::Avx512) => 1 + self.below(7) as Register,
+            (b'd' | b'q', _) | (_, Vectors::Avx2) => self.below(16) as Register,
+            _ => self.below(32) as Register,
+        }
     }
 
     fn general(&mut self) -> Register {
@@ -81,13 +82,19 @@ fn signed(distance: i32) -> String {
 }
 
 /// Bytes and their text, one line for each instruction.
-#[derive(Default)]
 struct Both {
     bytes: Bytes,
     text: Vec<String>,
 }
 
 impl Both {
+    fn new(vectors: Vectors) -> Self {
+        Self {
+            bytes: Bytes::new(vectors, 0),
+            text: Vec::new(),
+        }
+    }
+
     /// Adds what should read like this.
     fn add(&mut self, text: String, write: impl FnOnce(&mut Bytes)) {
         self.text.push(text);
@@ -95,179 +102,241 @@ impl Both {
     }
 }
 
-/// Instructions on vectors: name, kinds of the registers (`z` and `x` for vectors and floats, `y` for half of one, `k` for a mask, `d` for an integer, `-` for
-/// none): the result, the other, and the one that may be in memory.
-const VECTORS: [(Evex, &str, &str); 54] = [
-    (x86::VADDPS, "vaddps", "zzz"),
-    (x86::VMULPS, "vmulps", "zzz"),
-    (x86::VSUBPS, "vsubps", "zzz"),
-    (x86::VMINPS, "vminps", "zzz"),
-    (x86::VMAXPS, "vmaxps", "zzz"),
-    (x86::VADDSS, "vaddss", "xxx"),
-    (x86::VMULSS, "vmulss", "xxx"),
-    (x86::VSUBSS, "vsubss", "xxx"),
-    (x86::VMINSS, "vminss", "xxx"),
-    (x86::VMAXSS, "vmaxss", "xxx"),
-    (x86::VPADDD, "vpaddd", "zzz"),
-    (x86::VPSUBD, "vpsubd", "zzz"),
-    (x86::VPMULLD, "vpmulld", "zzz"),
-    (x86::VPANDD, "vpandd", "zzz"),
-    (x86::VPORD, "vpord", "zzz"),
-    (x86::VPXORD, "vpxord", "zzz"),
-    (x86::VPMINUD, "vpminud", "zzz"),
-    (x86::VPMINSD, "vpminsd", "zzz"),
-    (x86::VPMAXUD, "vpmaxud", "zzz"),
-    (x86::VPMAXSD, "vpmaxsd", "zzz"),
-    (x86::VPSLLVD, "vpsllvd", "zzz"),
-    (x86::VPSRLVD, "vpsrlvd", "zzz"),
-    (x86::VPSRAVD, "vpsravd", "zzz"),
-    (x86::VPSLLD, "vpslld", "zzx"),
-    (x86::VPSRLD, "vpsrld", "zzx"),
-    (x86::VPSRAD, "vpsrad", "zzx"),
-    (x86::VDIVPD, "vdivpd", "zzz"),
-    (x86::VBLENDMPS, "vblendmps", "zzz"),
-    (x86::VPTESTMD, "vptestmd", "kzz"),
-    (x86::VCMPPS.with(17), "vcmplt_oqps", "kzz"),
-    (x86::VCMPPS.with(29), "vcmpge_oqps", "kzz"),
-    (x86::VCMPSS.with(4), "vcmpneqss", "kxx"),
-    (x86::VPCMPD.with(1), "vpcmpltd", "kzz"),
-    (x86::VPCMPUD.with(6), "vpcmpnleud", "kzz"),
-    (x86::VPABSD, "vpabsd", "z-z"),
-    (x86::VCVTDQ2PS, "vcvtdq2ps", "z-z"),
-    (x86::VCVTUDQ2PS, "vcvtudq2ps", "z-z"),
-    (x86::VCVTTPS2DQ, "vcvttps2dq", "z-z"),
-    (x86::VCVTTPS2UDQ, "vcvttps2udq", "z-z"),
-    (x86::VCVTUDQ2PD, "vcvtudq2pd", "z-y"),
-    (x86::VCVTTPD2UDQ, "vcvttpd2udq", "y-z"),
-    (x86::VMOVAPS, "vmovaps", "z-z"),
-    (x86::VMOVUPS, "vmovups", "z-z"),
-    (x86::VBROADCASTSS, "vbroadcastss", "z-x"),
-    (x86::VPBROADCASTD, "vpbroadcastd", "z-d"),
-    (x86::VPMOVM2D, "vpmovm2d", "z-k"),
-    (x86::VMOVD, "vmovd", "x-d"),
-    (x86::VCVTSI2SS, "vcvtsi2ss", "xxd"),
-    (x86::VCVTUSI2SS, "vcvtusi2ss", "xxd"),
-    (x86::VCVTTSS2SI, "vcvttss2si", "d-x"),
-    (x86::VCVTTSS2USI, "vcvttss2usi", "d-x"),
-    (x86::VRNDSCALEPS.with(9), "vrndscaleps", "z-z"),
-    (x86::VRNDSCALESS.with(11), "vrndscaless", "xxx"),
-    (x86::VINSERTI64X4.with(1), "vinserti64x4", "zzy"),
+/// Instructions on vectors: name, kinds of the registers (`v` for vectors, `h` for half of one, `x` for a quarter or a word, `k` for a mask,
+/// `d` and `q` for an integer of 32 and 64 bits, `-` for none): the result, the other, and the one that may be in memory; and the byte that
+/// follows.
+const SHARED: [(Instruction, &str, &str, &str); 42] = [
+    (x86::VADDPS, "vaddps", "vvv", ""),
+    (x86::VMULPS, "vmulps", "vvv", ""),
+    (x86::VSUBPS, "vsubps", "vvv", ""),
+    (x86::VMINPS, "vminps", "vvv", ""),
+    (x86::VMAXPS, "vmaxps", "vvv", ""),
+    (x86::VADDSS, "vaddss", "xxx", ""),
+    (x86::VMULSS, "vmulss", "xxx", ""),
+    (x86::VSUBSS, "vsubss", "xxx", ""),
+    (x86::VMINSS, "vminss", "xxx", ""),
+    (x86::VMAXSS, "vmaxss", "xxx", ""),
+    (x86::VPADDD, "vpaddd", "vvv", ""),
+    (x86::VPSUBD, "vpsubd", "vvv", ""),
+    (x86::VPMULLD, "vpmulld", "vvv", ""),
+    (x86::VPMINUD, "vpminud", "vvv", ""),
+    (x86::VPMINSD, "vpminsd", "vvv", ""),
+    (x86::VPMAXUD, "vpmaxud", "vvv", ""),
+    (x86::VPMAXSD, "vpmaxsd", "vvv", ""),
+    (x86::VPSLLVD, "vpsllvd", "vvv", ""),
+    (x86::VPSRLVD, "vpsrlvd", "vvv", ""),
+    (x86::VPSRAVD, "vpsravd", "vvv", ""),
+    (x86::VPSLLD, "vpslld", "vvx", ""),
+    (x86::VPSRLD, "vpsrld", "vvx", ""),
+    (x86::VPSRAD, "vpsrad", "vvx", ""),
+    (x86::VDIVPD, "vdivpd", "vvv", ""),
+    (x86::VUNPCKLPS, "vunpcklps", "vvv", ""),
+    (x86::VUNPCKHPS, "vunpckhps", "vvv", ""),
+    (x86::VUNPCKLPD, "vunpcklpd", "vvv", ""),
+    (x86::VUNPCKHPD, "vunpckhpd", "vvv", ""),
+    (x86::VCMPPS.with(17), "vcmplt_oqps", "kvv", ""),
+    (x86::VCMPPS.with(29), "vcmpge_oqps", "kvv", ""),
+    (x86::VCMPSS.with(4), "vcmpneqss", "mxx", ""),
+    (x86::VPABSD, "vpabsd", "v-v", ""),
+    (x86::VCVTDQ2PS, "vcvtdq2ps", "v-v", ""),
+    (x86::VCVTTPS2DQ, "vcvttps2dq", "v-v", ""),
+    (x86::VMOVAPS, "vmovaps", "v-v", ""),
+    (x86::VMOVUPS, "vmovups", "v-v", ""),
+    (x86::VBROADCASTSS, "vbroadcastss", "v-x", ""),
+    (x86::VMOVD, "vmovd", "x-d", ""),
+    (x86::VCVTSI2SS, "vcvtsi2ss", "xxd", ""),
+    (x86::VCVTTSS2SI, "vcvttss2si", "d-x", ""),
+    (x86::VCVTSI2SS_LONG, "vcvtsi2ss", "xxq", ""),
+    (x86::VCVTTSS2SI_LONG, "vcvttss2si", "q-x", ""),
 ];
 
-fn named(kind: u8, register: Register) -> String {
-    match kind {
-        b'd' => short(register).to_owned(),
-        b'k' => format!("k{register}"),
-        kind => format!("{}mm{register}", char::from(kind)),
-    }
+const OF_AVX512: [(Instruction, &str, &str, &str); 18] = [
+    (x86::VPANDD, "vpandd", "vvv", ""),
+    (x86::VPORD, "vpord", "vvv", ""),
+    (x86::VPXORD, "vpxord", "vvv", ""),
+    (x86::VBLENDMPS, "vblendmps", "vvv", ""),
+    (x86::VPTESTMD, "vptestmd", "kvv", ""),
+    (x86::VPCMPD.with(1), "vpcmpltd", "kvv", ""),
+    (x86::VPCMPUD.with(6), "vpcmpnleud", "kvv", ""),
+    (x86::VCVTUDQ2PS, "vcvtudq2ps", "v-v", ""),
+    (x86::VCVTTPS2UDQ, "vcvttps2udq", "v-v", ""),
+    (x86::VCVTUDQ2PD, "vcvtudq2pd", "v-h", ""),
+    (x86::VCVTTPD2UDQ, "vcvttpd2udq", "h-v", ""),
+    (x86::VPBROADCASTD, "vpbroadcastd", "v-d", ""),
+    (x86::VCVTUSI2SS, "vcvtusi2ss", "xxd", ""),
+    (x86::VCVTTSS2USI, "vcvttss2usi", "d-x", ""),
+    (x86::VRNDSCALEPS.with(9), "vrndscaleps", "v-v", ",0x9"),
+    (x86::VRNDSCALESS.with(11), "vrndscaless", "xxx", ",0xb"),
+    (x86::VINSERTI64X4.with(1), "vinserti64x4", "vvh", ",0x1"),
+    (x86::VINSERTF32X4.with(3), "vinsertf32x4", "vvx", ",0x3"),
+];
+
+const OF_AVX2: [(Instruction, &str, &str, &str); 17] = [
+    (x86::VPANDD, "vpand", "vvv", ""),
+    (x86::VPORD, "vpor", "vvv", ""),
+    (x86::VPXORD, "vpxor", "vvv", ""),
+    (x86::VPANDN, "vpandn", "vvv", ""),
+    (x86::VPCMPEQD, "vpcmpeqd", "vvv", ""),
+    (x86::VPCMPGTD, "vpcmpgtd", "vvv", ""),
+    (x86::VTESTPS, "vtestps", "v-v", ""),
+    (x86::VRNDSCALEPS.with(9), "vroundps", "v-v", ",0x9"),
+    (x86::VRNDSCALESS.with(11), "vroundss", "xxx", ",0xb"),
+    (x86::VPBROADCASTD_WORD, "vpbroadcastd", "v-x", ""),
+    (x86::VPMOVZXDQ, "vpmovzxdq", "v-h", ""),
+    (x86::VADDPD, "vaddpd", "vvv", ""),
+    (x86::VSUBPD, "vsubpd", "vvv", ""),
+    (x86::VPOR_DOUBLE, "vpor", "vvv", ""),
+    (x86::VROUNDPD.with(11), "vroundpd", "v-v", ",0xb"),
+    (x86::VSHUFPS.with(0x88), "vshufps", "vvv", ",0x88"),
+    (x86::VPERMQ.with(0xd8), "vpermq", "v-v", ",0xd8"),
+];
+
+/// A register as the disassembler writes it.
+fn named(vectors: Vectors, kind: u8, register: Register) -> String {
+    let letter = match (kind, vectors) {
+        (b'd', _) => return short(register).to_owned(),
+        (b'q', _) => return long(register).to_owned(),
+        (b'k' | b'm', Vectors::Avx512) => return format!("k{register}"),
+        (b'v', Vectors::Avx512) => 'z',
+        (b'v' | b'k', Vectors::Avx2) | (b'h', Vectors::Avx512) => 'y',
+        _ => 'x',
+    };
+    format!("{letter}mm{register}")
 }
 
-fn vectors(both: &mut Both, random: &mut Random) {
-    for (op, name, kinds) in VECTORS {
+fn vectors(both: &mut Both, random: &mut Random, kind: Vectors) {
+    let others: &[_] = match kind {
+        Vectors::Avx2 => &OF_AVX2,
+        Vectors::Avx512 => &OF_AVX512,
+    };
+    for &(op, name, kinds, number) in SHARED.iter().chain(others) {
         let kinds = kinds.as_bytes();
-        let mut register = |kind: u8| match kind {
-            b'k' => random.mask(),
-            b'd' => random.general(),
-            _ => random.vector(),
-        };
-        let [result, other, last] = [0, 1, 2].map(|at| register(kinds[at]));
-        let (has_other, other_number) = (kinds[1] != b'-', if kinds[1] == b'-' { 0 } else { other });
-        let mut text = format!("{name} {},", named(kinds[0], result));
+        let [result, other, last] = [0, 1, 2].map(|at| random.register(kind, kinds[at]));
+        let has_other = kinds[1] != b'-';
+        let other_number = if has_other { other } else { 0 };
+        let mut text = format!("{name} {},", named(kind, kinds[0], result));
         if has_other {
-            text = format!("{text}{},", named(kinds[1], other));
+            text = format!("{text}{},", named(kind, kinds[1], other));
         }
-        let number = match name {
-            "vrndscaleps" => ",0x9",
-            "vrndscaless" => ",0xb",
-            "vinserti64x4" => ",0x1",
-            _ => "",
-        };
-        both.add(format!("{text}{}{number}", named(kinds[2], last)), |bytes| {
-            bytes.evex(op, result, other_number, Place::In(last), Under::default());
+        both.add(format!("{text}{}{number}", named(kind, kinds[2], last)), |bytes| {
+            bytes.vector(op, result, other_number, Place::In(last));
         });
-        if matches!(kinds[2], b'z' | b'y' | b'x') && kinds[0] != b'd' {
+        if matches!(kinds[2], b'v' | b'h' | b'x') && !matches!(kinds[0], b'd' | b'q') {
             let (base, distance) = (random.general(), random.distance());
             let size = match (kinds[2], name) {
-                (b'z', _) => "ZMMWORD",
-                (b'y', _) => "YMMWORD",
-                (_, "vpslld" | "vpsrld" | "vpsrad") => "XMMWORD",
+                (b'v' | b'h', _) => match named(kind, kinds[2], 0).as_bytes()[0] {
+                    b'z' => "ZMMWORD",
+                    b'y' => "YMMWORD",
+                    _ => "XMMWORD",
+                },
+                (_, "vpslld" | "vpsrld" | "vpsrad" | "vinsertf32x4") => "XMMWORD",
                 _ => "DWORD",
             };
             let place = format!("{size} PTR [{}{}]", long(base), signed(distance));
             both.add(format!("{text}{place}{number}"), |bytes| {
-                bytes.evex(
-                    op,
-                    result,
-                    other_number,
-                    Place::At(Memory::At(base, distance)),
-                    Under::default(),
-                );
+                bytes.vector(op, result, other_number, Place::At(Memory::At(base, distance)));
             });
         }
     }
-    let (a, b, mask, zeroes) = (random.vector(), random.vector(), random.mask(), random.below(2) == 1);
+    let [a, b] = [(); 2].map(|()| random.register(kind, b'v'));
+    let (to, count) = (random.general(), random.below(32) as u8);
+    let (base, distance) = (random.general(), random.distance());
+    let place = format!("[{}{}]", long(base), signed(distance));
+    let (letter, size) = match kind {
+        Vectors::Avx2 => ('y', "YMMWORD"),
+        Vectors::Avx512 => ('z', "ZMMWORD"),
+    };
+    for (op, text) in [
+        (x86::VMOVAPS_STORE, format!("vmovaps {size} PTR {place},{letter}mm{a}")),
+        (x86::VMOVUPS_STORE, format!("vmovups {size} PTR {place},{letter}mm{a}")),
+        (x86::VMOVSS_STORE, format!("vmovss DWORD PTR {place},xmm{a}")),
+        (x86::VMOVSS, format!("vmovss xmm{a},DWORD PTR {place}")),
+    ] {
+        both.add(text, |bytes| {
+            bytes.vector(op, a, 0, Place::At(Memory::At(base, distance)));
+        });
+    }
+    both.add(format!("vmovd {},xmm{a}", short(to)), |bytes| {
+        bytes.vector(x86::VMOVD_STORE, a, 0, Place::In(to));
+    });
+    for (number, name) in [(6, "vpslld"), (2, "vpsrld"), (4, "vpsrad")] {
+        both.add(format!("{name} {letter}mm{a},{letter}mm{b},{count:#x}"), |bytes| {
+            bytes.vector(x86::VPSHIFTD.with(count), number, a, Place::In(b));
+        });
+    }
+}
+
+/// Instructions on vectors of 256 bits with their masks.
+fn masked_by_vectors(both: &mut Both, random: &mut Random) {
+    let [a, b, c, d] = [(); 4].map(|()| random.register(Vectors::Avx2, b'v'));
+    let (to, base, distance) = (random.general(), random.general(), random.distance());
+    let place = format!("[{}{}]", long(base), signed(distance));
+    both.add(format!("vblendvps ymm{a},ymm{b},ymm{c},ymm{d}"), |bytes| {
+        bytes.vector(x86::VBLENDVPS.with(d << 4), a, b, Place::In(c));
+    });
+    both.add(format!("vblendvps ymm{a},ymm{b},YMMWORD PTR {place},ymm{d}"), |bytes| {
+        bytes.vector(x86::VBLENDVPS.with(d << 4), a, b, Place::At(Memory::At(base, distance)));
+    });
+    both.add(format!("vmaskmovps YMMWORD PTR {place},ymm{b},ymm{a}"), |bytes| {
+        bytes.vector(x86::VMASKMOVPS_STORE, a, b, Place::At(Memory::At(base, distance)));
+    });
+    let others = [1, 2].map(|more| (b + more) % 16);
+    let words = format!("[{}+ymm{b}*4{}]", long(base), signed(distance));
+    both.add(
+        format!("vpgatherdd ymm{},DWORD PTR {words},ymm{}", others[0], others[1]),
+        |bytes| {
+            let from = Place::At(Memory::Indexed(base, b, distance));
+            bytes.vector(x86::VPGATHERDD, others[0], others[1], from);
+        },
+    );
+    both.add(format!("vmovmskps {},ymm{a}", short(to)), |bytes| {
+        bytes.vector(x86::VMOVMSKPS, to, 0, Place::In(a));
+    });
+    both.add(format!("vextracti128 xmm{a},ymm{b},0x1"), |bytes| {
+        bytes.vector(x86::VEXTRACTI128.with(1), b, 0, Place::In(a));
+    });
+    both.add(format!("tzcnt {},{}", short(to), short(base)), |bytes| {
+        bytes.first_bit(to, base);
+    });
+    both.add(format!("blsr {},{}", short(to), short(to)), |bytes| {
+        bytes.drop_first_bit(to);
+    });
+}
+
+/// Instructions on vectors of 512 bits with their masks.
+fn masked(both: &mut Both, random: &mut Random) {
+    let kind = Vectors::Avx512;
+    let [a, b] = [(); 2].map(|()| random.register(kind, b'v'));
+    let (mask, zeroes) = (random.register(kind, b'k'), random.below(2) == 1);
     let z = if zeroes { "{z}" } else { "" };
     both.add(format!("vmovups zmm{a}{{k{mask}}}{z},zmm{b}"), |bytes| {
-        bytes.evex(x86::VMOVUPS, a, 0, Place::In(b), Under { mask, zeroes });
+        bytes.vector_under(x86::VMOVUPS, a, 0, Place::In(b), Under { mask, zeroes });
     });
     let (base, distance) = (random.general(), random.distance());
     let place = format!("[{}{}]", long(base), signed(distance));
     both.add(format!("vmovups ZMMWORD PTR {place}{{k{mask}}},zmm{a}"), |bytes| {
         let to = Place::At(Memory::At(base, distance));
-        bytes.evex(x86::VMOVUPS_STORE, a, 0, to, Under { mask, zeroes: false });
-    });
-    both.add(format!("vmovaps ZMMWORD PTR {place},zmm{a}"), |bytes| {
-        bytes.evex(
-            x86::VMOVAPS_STORE,
-            a,
-            0,
-            Place::At(Memory::At(base, distance)),
-            Under::default(),
-        );
-    });
-    both.add(format!("vmovss DWORD PTR {place},xmm{a}"), |bytes| {
-        bytes.evex(
-            x86::VMOVSS_STORE,
-            a,
-            0,
-            Place::At(Memory::At(base, distance)),
-            Under::default(),
-        );
-    });
-    both.add(format!("vmovss xmm{a},DWORD PTR {place}"), |bytes| {
-        bytes.evex(
-            x86::VMOVSS,
-            a,
-            0,
-            Place::At(Memory::At(base, distance)),
-            Under::default(),
-        );
+        bytes.vector_under(x86::VMOVUPS_STORE, a, 0, to, Under::lanes_of(mask));
     });
     let words = format!("[{}+zmm{b}*4{}]", long(base), signed(distance));
     let to = (b + 1) % 32;
     both.add(format!("vpgatherdd zmm{to}{{k{mask}}},DWORD PTR {words}"), |bytes| {
         let from = Place::At(Memory::Indexed(base, b, distance));
-        bytes.evex(x86::VPGATHERDD, to, 0, from, Under { mask, zeroes: false });
+        bytes.vector_under(x86::VPGATHERDD, to, 0, from, Under::lanes_of(mask));
     });
     both.add(format!("vpscatterdd DWORD PTR {words}{{k{mask}}},zmm{a}"), |bytes| {
         let to = Place::At(Memory::Indexed(base, b, distance));
-        bytes.evex(x86::VPSCATTERDD, a, 0, to, Under { mask, zeroes: false });
+        bytes.vector_under(x86::VPSCATTERDD, a, 0, to, Under::lanes_of(mask));
     });
-    let (to, count) = (random.general(), random.below(32) as u8);
-    both.add(format!("vmovd {},xmm{a}", short(to)), |bytes| {
-        bytes.evex(x86::VMOVD_STORE, a, 0, Place::In(to), Under::default());
+    both.add(format!("vpmovm2d zmm{a},k{mask}"), |bytes| {
+        bytes.vector(x86::VPMOVM2D, a, 0, Place::In(mask));
     });
     both.add(format!("vextracti64x4 ymm{a},zmm{b},0x1"), |bytes| {
-        bytes.evex(x86::VEXTRACTI64X4.with(1), b, 0, Place::In(a), Under::default());
+        bytes.vector(x86::VEXTRACTI64X4.with(1), b, 0, Place::In(a));
     });
     both.add(format!("vpternlogd zmm{a},zmm{a},zmm{a},0xff"), |bytes| {
-        bytes.evex(x86::VPTERNLOGD.with(0xff), a, a, Place::In(a), Under::default());
+        bytes.vector(x86::VPTERNLOGD.with(0xff), a, a, Place::In(a));
     });
-    for (number, name) in [(6, "vpslld"), (2, "vpsrld"), (4, "vpsrad")] {
-        both.add(format!("{name} zmm{a},zmm{b},{count:#x}"), |bytes| {
-            bytes.evex(x86::VPSHIFTD.with(count), number, a, Place::In(b), Under::default());
-        });
-    }
 }
 
 /// Instructions on integers.
@@ -367,7 +436,7 @@ fn integers(both: &mut Both, random: &mut Random) {
 }
 
 fn masks(both: &mut Both, random: &mut Random) {
-    let (a, b, c) = (random.mask(), random.mask(), random.mask());
+    let [a, b, c] = [(); 3].map(|()| random.register(Vectors::Avx512, b'k'));
     for (op, name) in [
         (Logic::And, "kandw"),
         (Logic::AndNot, "kandnw"),
@@ -422,21 +491,29 @@ fn disassembled(code: &[u8]) -> Option<Vec<String>> {
 
 #[test]
 fn bytes_are_what_a_disassembler_reads() {
-    let mut random = Random(1);
-    let mut both = Both::default();
-    for _ in 0..200 {
-        vectors(&mut both, &mut random);
-        integers(&mut both, &mut random);
-        masks(&mut both, &mut random);
+    for kind in [Vectors::Avx2, Vectors::Avx512] {
+        let mut random = Random(1);
+        let mut both = Both::new(kind);
+        for _ in 0..200 {
+            vectors(&mut both, &mut random, kind);
+            integers(&mut both, &mut random);
+            match kind {
+                Vectors::Avx2 => masked_by_vectors(&mut both, &mut random),
+                Vectors::Avx512 => {
+                    masked(&mut both, &mut random);
+                    masks(&mut both, &mut random);
+                }
+            }
+        }
+        let read = disassembled(&both.bytes.finish()).expect("binutils is there, which Rust needs to link programs");
+        let differ = read.iter().zip(&both.text).filter(|(read, written)| read != written);
+        assert_eq!(differ.take(20).collect::<Vec<_>>(), [], "{kind:?}");
+        assert!(
+            read.len() >= both.text.len() && both.text.len() > 30_000,
+            "{kind:?}: {}",
+            both.text.len()
+        );
     }
-    let read = disassembled(&both.bytes.finish()).expect("binutils is there, which Rust needs to link programs");
-    let differ = read.iter().zip(&both.text).filter(|(read, written)| read != written);
-    assert_eq!(differ.take(20).collect::<Vec<_>>(), []);
-    assert!(
-        read.len() >= both.text.len() && both.text.len() > 30_000,
-        "{}",
-        both.text.len()
-    );
 }
 
 /// Code ends before its constants.
@@ -447,8 +524,10 @@ fn nothing_is_fused_or_approximate_and_nothing_is_called() {
     let kernels = Path::new(env!("CARGO_MANIFEST_DIR")).join("../wgsl");
     for entry in catalogue::CATALOGUE {
         let trees = trees(&catalogue::parts(&kernels, entry)).expect("it is exact");
-        for lanes in super::NUMBERS {
-            let code = super::compile(&trees, lanes, false).expect("it compiles");
+        let both = [Vectors::Avx2, Vectors::Avx512];
+        let all = both.into_iter().flat_map(|vectors| vectors.numbers().iter().map(move |lanes| (vectors, *lanes)));
+        for (vectors, lanes) in all {
+            let code = vectors.compile(&trees, lanes, false).expect("it compiles");
             let end = code.windows(4).position(|bytes| bytes == LAST).expect("it returns");
             let read = disassembled(&code[..end + LAST.len()]).expect("binutils is there");
             for text in read {
@@ -460,7 +539,7 @@ fn nothing_is_fused_or_approximate_and_nothing_is_called() {
                     .iter()
                     .any(|part| name.contains(part));
                 let leaves = ["call", "syscall", "int", "(bad)"].contains(&name);
-                assert!(!is_fused && !is_approximate && !leaves, "{}: {text}", entry.name);
+                assert!(!is_fused && !is_approximate && !leaves, "{}: {text} ({vectors:?})", entry.name);
             }
         }
     }

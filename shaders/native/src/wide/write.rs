@@ -3,14 +3,16 @@
 use regalloc2::{Allocation, AllocationKind, Block, Edit, InstOrEdit, Output, PReg, RegClass};
 
 use super::allocate::Function;
-use super::encode::{Bytes, Condition, Constant, Label, Memory, Place, RAX, RBP, RBX, RDX, RSP, Register, Under};
+use super::encode::{
+    Bytes, Condition, Constant, Label, Memory, Place, RAX, RBP, RBX, RDX, RSP, Register, Under, Vectors,
+};
 use super::graph::{Graph, Inst};
 use super::operations::{Arithmetic, Logic, Op, instructions as x86};
 use crate::{Error, FRAME};
 
 /// Registers whose values belong to the caller, besides that of the frame.
 const SAVED: [Register; 5] = [RBX, 12, 13, 14, 15];
-/// Bytes of a vector, to which the stack's data is aligned.
+/// Bytes of the longest vector, to which the stack's data is aligned.
 const VECTOR: u64 = 64;
 /// Bytes of the smallest page.
 const PAGE: u64 = 4096;
@@ -45,7 +47,7 @@ pub(super) fn write(graph: &Graph, function: &Function, output: &Output, arrays:
         graph,
         function,
         output,
-        bytes: Bytes::new(blocks + 2),
+        bytes: Bytes::new(function.vectors, blocks + 2),
         arrays,
         spilled: spilled as u32,
         labels: (0..blocks).collect(),
@@ -81,6 +83,10 @@ impl Writer<'_> {
                 self.labels[block] = to;
             }
         }
+    }
+
+    fn has_masks(&self) -> bool {
+        self.function.vectors == Vectors::Avx512
     }
 
     fn used_up(&self) -> Label {
@@ -151,22 +157,18 @@ impl Writer<'_> {
 
     fn copy(&mut self, from: Allocation, to: Allocation) {
         let class = [from, to].iter().find_map(|at| at.as_reg()).map(PReg::class);
-        let place = match from.kind() {
-            AllocationKind::Reg => Place::In(register(from)),
-            _ => Place::At(stack(from)),
-        };
+        let place = place(from);
         match (class, to.kind()) {
             (Some(RegClass::Int), AllocationKind::Reg) => self.bytes.copy(true, register(to), place),
             (Some(RegClass::Float), AllocationKind::Reg) => self.bytes.copy_mask(register(to), place),
             (Some(RegClass::Vector), AllocationKind::Reg) => {
-                self.bytes.evex(x86::VMOVAPS, register(to), 0, place, Under::default());
+                self.bytes.vector(x86::VMOVAPS, register(to), 0, place);
             }
             (Some(RegClass::Int), _) => self.bytes.save(true, stack(to), register(from)),
             (Some(RegClass::Float), _) => self.bytes.save_mask(stack(to), register(from)),
             (Some(RegClass::Vector), _) => {
                 let to = Place::At(stack(to));
-                self.bytes
-                    .evex(x86::VMOVAPS_STORE, register(from), 0, to, Under::default());
+                self.bytes.vector(x86::VMOVAPS_STORE, register(from), 0, to);
             }
             (None, _) => unreachable!("without a register for it, values are moved through one"),
         }
@@ -181,11 +183,7 @@ impl Writer<'_> {
                 other => unreachable!("{other:?} is not a vector's constant"),
             }));
         }
-        let allocated = allocated.expect("an operand that isn't folded has a place");
-        match allocated.kind() {
-            AllocationKind::Reg => Place::In(register(*allocated)),
-            _ => Place::At(stack(*allocated)),
-        }
+        place(*allocated.expect("an operand that isn't folded has a place"))
     }
 
     fn number(&self, inst: &Inst, at: usize) -> u32 {
@@ -218,7 +216,6 @@ impl Writer<'_> {
         next: &[Label],
         following: Option<Label>,
     ) {
-        let plain = Under::default();
         let reg = |number: usize| register(at[number]);
         match inst.op {
             Op::Parameters => {}
@@ -269,28 +266,30 @@ impl Writer<'_> {
             Op::Load(offset) => self.bytes.copy(false, reg(0), Place::At(Memory::At(reg(1), offset))),
             Op::LoadFloat(offset) => {
                 let from = Place::At(Memory::At(reg(1), offset));
-                self.bytes.evex(x86::VMOVSS, reg(0), 0, from, plain);
+                self.bytes.vector(x86::VMOVSS, reg(0), 0, from);
             }
             Op::LoadVector(offset) => {
                 let from = Place::At(Memory::At(reg(1), offset));
-                self.bytes.evex(x86::VMOVUPS, reg(0), 0, from, plain);
+                self.bytes.vector(x86::VMOVUPS, reg(0), 0, from);
             }
             Op::Store(offset) => self.bytes.save(false, Memory::At(reg(0), offset), reg(1)),
             Op::StoreFloat(offset) => {
                 let to = Place::At(Memory::At(reg(0), offset));
-                self.bytes.evex(x86::VMOVSS_STORE, reg(1), 0, to, plain);
+                self.bytes.vector(x86::VMOVSS_STORE, reg(1), 0, to);
             }
             Op::StoreVector(offset) => {
                 let to = Place::At(Memory::At(reg(0), offset));
-                self.bytes.evex(x86::VMOVUPS_STORE, reg(1), 0, to, plain);
+                self.bytes.vector(x86::VMOVUPS_STORE, reg(1), 0, to);
             }
             Op::StoreMasked(offset) => {
+                let (words, mask) = (reg(1), reg(2));
                 let to = Place::At(Memory::At(reg(0), offset));
-                let under = Under {
-                    mask: reg(2),
-                    zeroes: false,
-                };
-                self.bytes.evex(x86::VMOVUPS_STORE, reg(1), 0, to, under);
+                if self.has_masks() {
+                    self.bytes
+                        .vector_under(x86::VMOVUPS_STORE, words, 0, to, Under::lanes_of(mask));
+                } else {
+                    self.bytes.vector(x86::VMASKMOVPS_STORE, words, mask, to);
+                }
             }
             Op::Address => self.bytes.address(reg(0), Memory::Indexed(reg(1), reg(2), 0)),
             Op::Place(array) => {
@@ -299,71 +298,95 @@ impl Writer<'_> {
             }
             Op::Gather(offset) => {
                 let (to, mask) = (reg(0), reg(3));
-                self.bytes.logic(Logic::Same, mask, mask, mask);
+                self.all_lanes(mask);
                 // What it held before doesn't matter.
-                self.bytes.evex(x86::VPXORD, to, to, Place::In(to), plain);
+                self.bytes.vector(x86::VPXORD, to, to, Place::In(to));
                 let from = Place::At(Memory::Indexed(reg(1), reg(2), offset));
-                let under = Under { mask, zeroes: false };
-                self.bytes.evex(x86::VPGATHERDD, to, 0, from, under);
+                if self.has_masks() {
+                    self.bytes
+                        .vector_under(x86::VPGATHERDD, to, 0, from, Under::lanes_of(mask));
+                } else {
+                    self.bytes.vector(x86::VPGATHERDD, to, mask, from);
+                }
             }
-            Op::Scatter(offset) => {
+            Op::Scatter(offset) if self.has_masks() => {
                 let mask = reg(4);
                 self.bytes.copy_mask(mask, Place::In(reg(3)));
                 let to = Place::At(Memory::Indexed(reg(0), reg(1), offset));
-                let under = Under { mask, zeroes: false };
-                self.bytes.evex(x86::VPSCATTERDD, reg(2), 0, to, under);
+                self.bytes
+                    .vector_under(x86::VPSCATTERDD, reg(2), 0, to, Under::lanes_of(mask));
             }
-            Op::BitsOfFloat => self.bytes.evex(x86::VMOVD_STORE, reg(1), 0, Place::In(reg(0)), plain),
-            Op::FloatOfBits => self.bytes.evex(x86::VMOVD, reg(0), 0, Place::In(reg(1)), plain),
+            Op::Scatter(offset) => self.scatter(at, offset),
+            Op::BitsOfFloat => self.bytes.vector(x86::VMOVD_STORE, reg(1), 0, Place::In(reg(0))),
+            Op::FloatOfBits => self.bytes.vector(x86::VMOVD, reg(0), 0, Place::In(reg(1))),
             Op::FloatOfInt(op) => {
                 // Without this, the result would wait for what the register held before.
-                self.bytes.evex(x86::VPXORD, reg(0), reg(0), Place::In(reg(0)), plain);
-                self.bytes.evex(op, reg(0), reg(0), Place::In(reg(1)), plain);
+                self.bytes.vector(x86::VPXORD, reg(0), reg(0), Place::In(reg(0)));
+                self.bytes.vector(op, reg(0), reg(0), Place::In(reg(1)));
             }
-            Op::IntOfFloat(op) => self.bytes.evex(op, reg(0), 0, Place::In(reg(1)), plain),
+            Op::IntOfFloat(op) => self.bytes.vector(op, reg(0), 0, Place::In(reg(1))),
             Op::MaskOfBits => self.bytes.mask_of_bits(reg(0), reg(1)),
             Op::BitsOfMask => self.bytes.bits_of_mask(reg(0), reg(1)),
-            Op::Spread => self.bytes.evex(x86::VPBROADCASTD, reg(0), 0, Place::In(reg(1)), plain),
+            Op::Spread if self.has_masks() => self.bytes.vector(x86::VPBROADCASTD, reg(0), 0, Place::In(reg(1))),
+            Op::Spread => {
+                self.bytes.vector(x86::VMOVD, reg(0), 0, Place::In(reg(1)));
+                self.bytes.vector(x86::VPBROADCASTD_WORD, reg(0), 0, Place::In(reg(0)));
+            }
             Op::Any => {
-                self.bytes.test_mask(reg(1));
+                self.test_mask(reg(1));
                 self.bytes.set_if(Condition::NotEqual, reg(0));
             }
-            Op::Logic(op) => self.bytes.logic(op, reg(0), reg(1), reg(2)),
-            Op::InvertMask => self.bytes.invert_mask(reg(0), reg(1)),
-            Op::Lanes(all) => {
-                let op = if all { Logic::Same } else { Logic::Xor };
-                self.bytes.logic(op, reg(0), reg(0), reg(0));
+            Op::Logic(op) => self.logic(op, reg(0), reg(1), reg(2)),
+            Op::InvertMask if self.has_masks() => self.bytes.invert_mask(reg(0), reg(1)),
+            Op::InvertMask => {
+                let all = Place::At(Memory::Constant(Constant::Word(!0)));
+                self.bytes.vector(x86::VPXORD, reg(0), reg(1), all);
             }
-            Op::Constant(0) => self.bytes.evex(x86::VPXORD, reg(0), reg(0), Place::In(reg(0)), plain),
+            Op::Lanes(true) => self.all_lanes(reg(0)),
+            Op::Lanes(false) => self.logic(Logic::Xor, reg(0), reg(0), reg(0)),
+            Op::Constant(0) => self.bytes.vector(x86::VPXORD, reg(0), reg(0), Place::In(reg(0))),
             Op::Constant(u32::MAX) => {
-                let op = x86::VPTERNLOGD.with(ONES);
-                self.bytes.evex(op, reg(0), reg(0), Place::In(reg(0)), plain);
+                let op = if self.has_masks() {
+                    x86::VPTERNLOGD.with(ONES)
+                } else {
+                    x86::VPCMPEQD
+                };
+                self.bytes.vector(op, reg(0), reg(0), Place::In(reg(0)));
             }
             Op::Constant(word) => {
                 let from = Place::At(Memory::Constant(Constant::Word(word)));
-                self.bytes.evex(x86::VBROADCASTSS, reg(0), 0, from, plain);
+                self.bytes.vector(x86::VBROADCASTSS, reg(0), 0, from);
+            }
+            Op::Double(bits) => {
+                let from = Place::At(Memory::Constant(Constant::Double(bits)));
+                self.bytes.vector(x86::VMOVAPS, reg(0), 0, from);
             }
             Op::Ramp(first) => {
                 let from = Place::At(Memory::Constant(Constant::Ramp(first)));
-                self.bytes.evex(x86::VMOVUPS, reg(0), 0, from, plain);
+                self.bytes.vector(x86::VMOVUPS, reg(0), 0, from);
             }
             Op::One(op) => {
                 let from = self.place(inst, folded, at.get(1));
-                self.bytes.evex(op, reg(0), 0, from, plain);
+                self.bytes.vector(op, reg(0), 0, from);
             }
             Op::ByNumber(op, number) => {
                 let from = self.place(inst, folded, at.get(1));
-                self.bytes.evex(op, number, reg(0), from, plain);
+                self.bytes.vector(op, number, reg(0), from);
             }
             Op::Two(op) | Op::Test(op) => {
                 let from = self.place(inst, folded, at.get(2));
-                self.bytes.evex(op, reg(0), reg(1), from, plain);
+                self.bytes.vector(op, reg(0), reg(1), from);
             }
             Op::Blend => {
                 let (mask, rejected) = (reg(1), register(at[at.len() - 1]));
                 let from = self.place(inst, folded, at.get(2));
-                let under = Under { mask, zeroes: false };
-                self.bytes.evex(x86::VBLENDMPS, reg(0), rejected, from, under);
+                if self.has_masks() {
+                    self.bytes
+                        .vector_under(x86::VBLENDMPS, reg(0), rejected, from, Under::lanes_of(mask));
+                } else {
+                    self.bytes
+                        .vector(x86::VBLENDVPS.with(mask << 4), reg(0), rejected, from);
+                }
             }
             Op::Masked => {
                 let under = Under {
@@ -372,15 +395,20 @@ impl Writer<'_> {
                 };
                 match self.place(inst, folded, at.get(2)) {
                     from @ Place::At(Memory::Constant(Constant::Word(_))) => {
-                        self.bytes.evex(x86::VBROADCASTSS, reg(0), 0, from, under);
+                        self.bytes.vector_under(x86::VBROADCASTSS, reg(0), 0, from, under);
                     }
-                    from => self.bytes.evex(x86::VMOVUPS, reg(0), 0, from, under),
+                    from => self.bytes.vector_under(x86::VMOVUPS, reg(0), 0, from, under),
                 }
             }
-            Op::Words => self.bytes.evex(x86::VPMOVM2D, reg(0), 0, Place::In(reg(1)), plain),
+            Op::Words => self.bytes.vector(x86::VPMOVM2D, reg(0), 0, Place::In(reg(1))),
             Op::Upper => {
-                let op = x86::VEXTRACTI64X4.with(1);
-                self.bytes.evex(op, reg(1), 0, Place::In(reg(0)), plain);
+                let op = if self.has_masks() {
+                    x86::VEXTRACTI64X4
+                } else {
+                    x86::VEXTRACTI128
+                };
+                let op = op.with(1);
+                self.bytes.vector(op, reg(1), 0, Place::In(reg(0)));
             }
             Op::Turn => {
                 self.bytes.arithmetic_with_number(true, Arithmetic::Subtract, reg(0), 1);
@@ -396,7 +424,7 @@ impl Writer<'_> {
                 self.branch(condition, next, following);
             }
             Op::IfAny => {
-                self.bytes.test_mask(reg(0));
+                self.test_mask(reg(0));
                 self.branch(Condition::NotEqual, next, following);
             }
             Op::Return => {
@@ -404,6 +432,57 @@ impl Writer<'_> {
                 self.bytes.jump(self.leave());
             }
         }
+    }
+
+    // Masks.
+
+    /// Sets the flag of zero if no lane is set.
+    fn test_mask(&mut self, mask: Register) {
+        if self.has_masks() {
+            self.bytes.test_mask(mask);
+        } else {
+            self.bytes.vector(x86::VTESTPS, mask, 0, Place::In(mask));
+        }
+    }
+
+    fn all_lanes(&mut self, mask: Register) {
+        if self.has_masks() {
+            self.bytes.logic(Logic::Same, mask, mask, mask);
+        } else {
+            self.bytes.vector(x86::VPCMPEQD, mask, mask, Place::In(mask));
+        }
+    }
+
+    fn logic(&mut self, op: Logic, to: Register, a: Register, b: Register) {
+        if self.has_masks() {
+            return self.bytes.logic(op, to, a, b);
+        }
+        let op = match op {
+            Logic::And => x86::VPANDD,
+            Logic::AndNot => x86::VPANDN,
+            Logic::Or => x86::VPORD,
+            Logic::Xor => x86::VPXORD,
+            Logic::Same => unreachable!("only registers of masks are set by it"),
+        };
+        self.bytes.vector(op, to, a, Place::In(b));
+    }
+
+    /// Stores the words of the set lanes one after another: those whose bits are left in a register.
+    fn scatter(&mut self, at: &[Allocation], offset: i32) {
+        let (start, indices, words) = (register(at[0]), stack(at[1]), stack(at[2]));
+        let (mask, [bits, lane, index]) = (register(at[3]), [4, 5, 6].map(|number| register(at[number])));
+        let [next, end] = [(); 2].map(|()| self.bytes.new_label());
+        self.bytes.vector(x86::VMOVMSKPS, bits, 0, Place::In(mask));
+        self.bytes.test(bits);
+        self.bytes.jump_if(Condition::Equal, end);
+        self.bytes.label(next);
+        self.bytes.first_bit(lane, bits);
+        self.bytes.copy(false, index, Place::At(indices.word(lane)));
+        self.bytes.copy(false, lane, Place::At(words.word(lane)));
+        self.bytes.save(false, Memory::Indexed(start, index, offset), lane);
+        self.bytes.drop_first_bit(bits);
+        self.bytes.jump_if(Condition::NotEqual, next);
+        self.bytes.label(end);
     }
 
     fn compare(&mut self, inst: &Inst, folded: Option<usize>, at: &[Allocation]) {
@@ -414,6 +493,13 @@ impl Writer<'_> {
             let with = self.place(inst, None, at.get(1));
             self.bytes.compare(register(at[0]), with);
         }
+    }
+}
+
+fn place(at: Allocation) -> Place {
+    match at.kind() {
+        AllocationKind::Reg => Place::In(register(at)),
+        _ => Place::At(stack(at)),
     }
 }
 

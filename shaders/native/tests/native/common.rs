@@ -51,7 +51,8 @@ pub(crate) fn meaning(trees: &Trees, mut buffers: Vec<Vec<u32>>, extent: &Extent
 /// The processors that this machine has code for.
 pub(crate) fn targets() -> Vec<Target> {
     let host = Target::host().expect("this machine has machine code");
-    Target::wide().into_iter().chain([host]).collect()
+    let wide = [Target::avx512(), Target::avx2()];
+    wide.into_iter().flatten().chain([host]).collect()
 }
 
 /// A program's machine code by each code generator and for each number of lanes. That of the fewest lanes, which is short, is compiled
