@@ -343,6 +343,7 @@ fn cost(name: &str, lanes: u32) -> f32 {
         "scalar" => 30.0,
         "checked" => 170.0,
         "native512" => 5.0,
+        "native256" => 7.0,
         // Compiled at run time.
         _ => 10.0,
     };

@@ -807,11 +807,30 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
     }
 
     fn gather_four(&mut self, pointers: &Pointers, offset: u32) -> [Value; 4] {
-        [0, 1, 2, 3].map(|word| self.gather(pointers, offset + word))
+        let rows = [0, 1, 2, 3].map(|first| {
+            let op = Op::Rows(first, displacement(offset));
+            self.vector(op, &[pointers.start, pointers.indices])
+        });
+        // First and second words of two lanes beside each other, and third and fourth ones; then those of four lanes.
+        let mut mix = |op, a, b| self.vector(Op::Two(op), &[a, b]);
+        let [low_01, low_23] = [0, 2].map(|at| mix(x86::VUNPCKLPS, rows[at], rows[at + 1]));
+        let [high_01, high_23] = [0, 2].map(|at| mix(x86::VUNPCKHPS, rows[at], rows[at + 1]));
+        [
+            mix(x86::VUNPCKLPD, low_01, low_23),
+            mix(x86::VUNPCKHPD, low_01, low_23),
+            mix(x86::VUNPCKLPD, high_01, high_23),
+            mix(x86::VUNPCKHPD, high_01, high_23),
+        ]
     }
 
     fn scatter(&mut self, pointers: &Pointers, offset: u32, words: Value) {
         let mask = pointers.mask.unwrap_or_else(|| self.mask(Op::Lanes(true), &[]));
+        // The allocator has no two places in memory for one value.
+        let words = if Self::HAS_MASKS {
+            words
+        } else {
+            self.vector(Op::One(x86::VMOVAPS), &[words])
+        };
         let op = Op::Scatter(displacement(offset));
         self.graph.act(op, &[pointers.start, pointers.indices, words, mask]);
     }

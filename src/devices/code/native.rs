@@ -23,19 +23,31 @@ struct Kind {
     target: fn() -> Option<native::Target>,
 }
 
-/// Vectors of 512 and 128 bits.
-static KINDS: [Kind; 3] = [
+/// Vectors of 512, 256 and 128 bits.
+static KINDS: [Kind; 5] = [
     Kind {
         name: "native512x64",
         lanes: 64,
         first: 16,
-        target: native::Target::wide,
+        target: native::Target::avx512,
     },
     Kind {
         name: "native512x16",
         lanes: 16,
         first: 16,
-        target: native::Target::wide,
+        target: native::Target::avx512,
+    },
+    Kind {
+        name: "native256x16",
+        lanes: 16,
+        first: 8,
+        target: native::Target::avx2,
+    },
+    Kind {
+        name: "native256x8",
+        lanes: 8,
+        first: 8,
+        target: native::Target::avx2,
     },
     Kind {
         name: "native128x16",

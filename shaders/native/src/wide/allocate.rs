@@ -105,6 +105,8 @@ impl Function {
                 });
             }
         };
+        // What is read lane by lane.
+        let on_stack = |at| Operand::new(arg(at), OperandConstraint::Stack, OperandKind::Use, OperandPos::Early);
         let out = inst.out.map(register);
         match inst.op {
             Op::Parameters => {
@@ -164,11 +166,12 @@ impl Function {
                 operands.extend([0, 1].map(|at| Operand::reg_use(arg(at))));
                 operands.push(Operand::reg_temp(scratch(class(vectors, Class::Mask))));
             }
+            Op::Rows(..) => {
+                operands.extend(out.map(Operand::reg_def_at_start));
+                operands.extend([Operand::reg_use(arg(0)), on_stack(1)]);
+                operands.push(Operand::reg_temp(scratch(RegClass::Int)));
+            }
             Op::Scatter(_) if vectors == Vectors::Avx2 => {
-                // What is read lane by lane is in memory.
-                let on_stack = |at| {
-                    Operand::new(arg(at), OperandConstraint::Stack, OperandKind::Use, OperandPos::Early)
-                };
                 operands.extend([Operand::reg_use(arg(0)), on_stack(1), on_stack(2), Operand::reg_use(arg(3))]);
                 operands.extend([(); 3].map(|()| Operand::reg_temp(scratch(RegClass::Int))));
             }

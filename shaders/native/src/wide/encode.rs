@@ -73,6 +73,8 @@ enum Width {
     Half,
     /// All of it, and 128 bits of the last operand.
     Row,
+    /// 128 bits.
+    OnlyRow,
     /// All of it, and as many indices of words in memory.
     Indices,
 }
@@ -117,6 +119,10 @@ impl Instruction {
     }
     pub(super) const fn row(self) -> Self {
         let width = Width::Row;
+        Self { width, ..self }
+    }
+    pub(super) const fn only_row(self) -> Self {
+        let width = Width::OnlyRow;
         Self { width, ..self }
     }
     pub(super) const fn indices(self) -> Self {
@@ -204,6 +210,15 @@ impl Under {
 }
 
 impl Memory {
+    /// What stands so many bytes after it.
+    pub(super) fn after(self, bytes: i32) -> Self {
+        match self {
+            Self::At(base, distance) => Self::At(base, distance + bytes),
+            Self::Indexed(base, index, distance) => Self::Indexed(base, index, distance + bytes),
+            Self::Constant(_) => unreachable!("nothing is read after a constant"),
+        }
+    }
+
     /// The word after it whose number a general register has.
     pub(super) fn word(self, number: Register) -> Self {
         match self {
@@ -522,7 +537,7 @@ impl Bytes {
             map: op.map,
             prefix: op.prefix,
             is_wide: op.is_wide,
-            is_long: op.width != Width::Scalar,
+            is_long: !matches!(op.width, Width::Scalar | Width::OnlyRow),
             opcode: op.opcode,
         };
         self.vex(vex, register, other, place, op.last);
@@ -555,6 +570,7 @@ impl Bytes {
             Width::Word | Width::Indices => (2, 4),
             Width::Half => (2, 32),
             Width::Row => (2, 16),
+            Width::OnlyRow => (0, 16),
             Width::Scalar => (0, 4),
         };
         self.byte(0x62);

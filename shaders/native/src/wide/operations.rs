@@ -101,6 +101,8 @@ pub(super) enum Op {
     Place(u32),
     /// A word for each lane, given a pointer and numbers of words.
     Gather(i32),
+    /// The four words of every fourth lane from this one on, one lane's after another's, given a pointer and numbers of words.
+    Rows(u32, i32),
     /// Stores words in lanes of a mask: pointer, numbers of words, words, mask.
     Scatter(i32),
 
@@ -260,6 +262,8 @@ pub(super) mod instructions {
     pub(in super::super) const VMOVAPS_STORE: Instruction = PLAIN.code(0x29);
     pub(in super::super) const VMOVUPS: Instruction = PLAIN.code(0x10);
     pub(in super::super) const VMOVUPS_STORE: Instruction = PLAIN.code(0x11);
+    /// 128 bits.
+    pub(in super::super) const VMOVUPS_ROW: Instruction = PLAIN.only_row().code(0x10);
     pub(in super::super) const VMOVSS: Instruction = PF3.scalar().code(0x10);
     pub(in super::super) const VMOVSS_STORE: Instruction = PF3.scalar().code(0x11);
     pub(in super::super) const VMOVD: Instruction = P66.scalar().code(0x6e);
@@ -275,6 +279,7 @@ pub(super) mod instructions {
     pub(in super::super) const VCVTTPD2UDQ: Instruction = PLAIN.wide().code(0x78);
     pub(in super::super) const VEXTRACTI64X4: Instruction = MAP3.wide().half().code(0x3b);
     pub(in super::super) const VINSERTI64X4: Instruction = MAP3.wide().half().code(0x3a);
+    /// Of AVX2 with another name.
     pub(in super::super) const VINSERTF32X4: Instruction = MAP3.row().code(0x18);
     pub(in super::super) const VUNPCKLPS: Instruction = PLAIN.code(0x14);
     pub(in super::super) const VUNPCKHPS: Instruction = PLAIN.code(0x15);

@@ -171,7 +171,8 @@ const OF_AVX512: [(Instruction, &str, &str, &str); 18] = [
     (x86::VINSERTF32X4.with(3), "vinsertf32x4", "vvx", ",0x3"),
 ];
 
-const OF_AVX2: [(Instruction, &str, &str, &str); 17] = [
+const OF_AVX2: [(Instruction, &str, &str, &str); 18] = [
+    (x86::VINSERTF32X4.with(1), "vinsertf128", "vvx", ",0x1"),
     (x86::VPANDD, "vpand", "vvv", ""),
     (x86::VPORD, "vpor", "vvv", ""),
     (x86::VPXORD, "vpxor", "vvv", ""),
@@ -229,7 +230,7 @@ fn vectors(both: &mut Both, random: &mut Random, kind: Vectors) {
                     b'y' => "YMMWORD",
                     _ => "XMMWORD",
                 },
-                (_, "vpslld" | "vpsrld" | "vpsrad" | "vinsertf32x4") => "XMMWORD",
+                (_, "vpslld" | "vpsrld" | "vpsrad" | "vinsertf32x4" | "vinsertf128") => "XMMWORD",
                 _ => "DWORD",
             };
             let place = format!("{size} PTR [{}{}]", long(base), signed(distance));
@@ -251,6 +252,7 @@ fn vectors(both: &mut Both, random: &mut Random, kind: Vectors) {
         (x86::VMOVUPS_STORE, format!("vmovups {size} PTR {place},{letter}mm{a}")),
         (x86::VMOVSS_STORE, format!("vmovss DWORD PTR {place},xmm{a}")),
         (x86::VMOVSS, format!("vmovss xmm{a},DWORD PTR {place}")),
+        (x86::VMOVUPS_ROW, format!("vmovups xmm{a},XMMWORD PTR {place}")),
     ] {
         both.add(text, |bytes| {
             bytes.vector(op, a, 0, Place::At(Memory::At(base, distance)));

@@ -309,6 +309,18 @@ impl Writer<'_> {
                     self.bytes.vector(x86::VPGATHERDD, to, mask, from);
                 }
             }
+            Op::Rows(first, offset) => {
+                let (to, start, indices, index) = (reg(0), reg(1), stack(at[2]), reg(3));
+                for (row, lane) in (first..self.function.vectors.lanes()).step_by(4).enumerate() {
+                    self.bytes.copy(false, index, Place::At(indices.after(lane as i32 * 4)));
+                    let from = Place::At(Memory::Indexed(start, index, offset));
+                    if row == 0 {
+                        self.bytes.vector(x86::VMOVUPS_ROW, to, 0, from);
+                    } else {
+                        self.bytes.vector(x86::VINSERTF32X4.with(row as u8), to, to, from);
+                    }
+                }
+            }
             Op::Scatter(offset) if self.has_masks() => {
                 let mask = reg(4);
                 self.bytes.copy_mask(mask, Place::In(reg(3)));
