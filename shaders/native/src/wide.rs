@@ -4,11 +4,13 @@
 mod allocate;
 mod encode;
 mod graph;
+mod improve;
 mod operations;
 #[cfg(test)]
 mod tests;
 mod write;
 
+use std::collections::HashMap;
 use std::mem::offset_of;
 
 use oneiro_shader_compiler::Trees;
@@ -93,7 +95,7 @@ fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
         let is_number = matches!(op, Some(Op::Int(_)));
         match inst.op {
             Op::Arithmetic(_) | Op::Multiply | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => is_number,
-            Op::One(op) | Op::Two(op) | Op::Test(op) => is_vector && op.takes_constants(),
+            Op::One(op) | Op::Two(op) | Op::Test(op) | Op::TestUnder(op) => is_vector && op.takes_constants(),
             Op::Blend | Op::Masked => is_vector,
             _ => false,
         }
@@ -129,6 +131,8 @@ struct Wide<const LANES: u32> {
     arrays: Vec<u32>,
     end: u32,
     control: Control<BlockId>,
+    /// Vectors of words that are loaded for all lanes.
+    spread: HashMap<Value, Value>,
 }
 
 fn class(form: Form) -> Class {
@@ -239,6 +243,7 @@ impl<const LANES: u32> Wide<LANES> {
             arrays: Vec::new(),
             end: 0,
             control: Control::default(),
+            spread: HashMap::new(),
         }
     }
 
@@ -345,11 +350,17 @@ impl<const LANES: u32> Wide<LANES> {
                     return other;
                 }
                 (Binary::And, false) | (Binary::Or, true) => return self.mask(Op::Lanes(all), &[]),
-                _ => return self.mask(Op::InvertMask, &[other]),
+                _ => return self.other_lanes(other),
             }
         }
         match op {
             Binary::And => {
+                for (mask, test) in [(a, b), (b, a)] {
+                    if let (Some(Op::Test(op)), true) = (self.graph.op(test), Self::HAS_MASKS) {
+                        let [a, b] = [0, 1].map(|at| self.graph.arg(test, at));
+                        return self.mask(Op::TestUnder(op), &[a, b, mask]);
+                    }
+                }
                 if let Some(b) = inverted(b) {
                     return self.mask(Op::Logic(Logic::AndNot), &[b, a]);
                 }
@@ -366,6 +377,16 @@ impl<const LANES: u32> Wide<LANES> {
             Binary::Xor | Binary::NotEqual => self.mask(Op::Logic(Logic::Xor), &[a, b]),
             other => unreachable!("truth values have no {other:?}"),
         }
+    }
+
+    fn other_lanes(&mut self, mask: Value) -> Value {
+        if let Some(Op::Test(test)) = self.graph.op(mask)
+            && let Some(inverted) = test.inverted()
+        {
+            let args = [0, 1].map(|at| self.graph.arg(mask, at));
+            return self.mask(Op::Test(inverted), &args);
+        }
+        self.mask(Op::InvertMask, &[mask])
     }
 
     fn vectors(&mut self, op: Binary, ty: Ty, a: Value, b: Value) -> Value {
@@ -616,6 +637,9 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
     }
 
     fn splat(&mut self, ty: Ty, scalar: Value) -> Value {
+        if let Some(loaded) = self.spread.get(&scalar).filter(|_| ty != Ty::Bool) {
+            return *loaded;
+        }
         match (ty, self.graph.op(scalar)) {
             (Ty::Bool, _) => self.lanes_if(scalar),
             (Ty::F32, Some(Op::Constant(_))) => scalar,
@@ -634,7 +658,7 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
                 let one = self.int(Op::Int(1), &[]);
                 self.int(Op::Arithmetic(Arithmetic::Xor), &[a, one])
             }
-            (Unary::Not, Class::Mask, _) => self.mask(Op::InvertMask, &[a]),
+            (Unary::Not, Class::Mask, _) => self.other_lanes(a),
             (Unary::Abs, _, Ty::U32) => a,
             (Unary::Negate, Class::Int, _) => self.int(Op::Negate, &[a]),
             (Unary::Not, Class::Int, _) => self.int(Op::Invert, &[a]),
@@ -692,7 +716,7 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
 
     fn blend(&mut self, _: Ty, mask: Value, accept: Value, reject: Value) -> Value {
         if self.graph.class(accept) == Class::Mask {
-            let others = self.mask(Op::InvertMask, &[mask]);
+            let others = self.other_lanes(mask);
             return match (self.lanes_of(accept), self.lanes_of(reject)) {
                 (Some(true), _) => self.masks(Binary::Or, mask, reject),
                 (_, Some(true)) => self.masks(Binary::Or, others, accept),
@@ -779,11 +803,15 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
 
     fn load(&mut self, form: Form, pointer: Value, offset: u32) -> Value {
         let offset = displacement(offset);
-        match form {
+        let word = match form {
             Form::One(Ty::F32) => self.vector(Op::LoadFloat(offset), &[pointer]),
             Form::One(_) => self.int(Op::Load(offset), &[pointer]),
-            Form::Vector(_) => self.vector(Op::LoadVector(offset), &[pointer]),
-        }
+            Form::Vector(_) => return self.vector(Op::LoadVector(offset), &[pointer]),
+        };
+        // Dropped unless it is needed. Later, something else may have been stored there.
+        let spread = self.vector(Op::LoadSpread(offset), &[pointer]);
+        self.spread.insert(word, spread);
+        word
     }
 
     fn store(&mut self, form: Form, pointer: Value, offset: u32, value: Value) {

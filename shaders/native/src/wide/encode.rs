@@ -16,7 +16,7 @@ pub(super) const RSI: Register = 6;
 pub(super) const RDI: Register = 7;
 
 /// The state of the flags after a comparison, by its number in x86's instructions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub(super) enum Condition {
     Below = 2,
@@ -32,7 +32,7 @@ pub(super) enum Condition {
     Greater = 15,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub(super) enum Prefix {
     None,
@@ -61,7 +61,7 @@ impl Vectors {
 }
 
 /// How much of a vector an instruction uses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Width {
     /// All of it; with an EVEX prefix, one word in memory can stand for all.
     Full,
@@ -80,7 +80,7 @@ enum Width {
 }
 
 /// An instruction on vectors, without its operands. Those that both kinds of vectors have differ in the prefix alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Instruction {
     map: u8,
     prefix: Prefix,
@@ -136,6 +136,10 @@ impl Instruction {
     /// Whether constants of one word can be an operand.
     pub(super) fn takes_constants(self) -> bool {
         matches!(self.width, Width::Full | Width::Scalar) && !self.is_wide
+    }
+    /// The comparison that holds where this one doesn't, for those whose number stands in their last byte.
+    pub(super) fn inverted(self) -> Option<Self> {
+        self.last.map(|test| self.with(test ^ 4))
     }
     pub(super) const fn with(self, last: u8) -> Self {
         let last = Some(last);

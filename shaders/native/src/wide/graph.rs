@@ -33,7 +33,7 @@ pub(super) struct Inst {
 }
 
 /// At most four operands.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Args {
     values: [Option<Value>; 4],
 }
@@ -55,7 +55,7 @@ impl Args {
         self.values[at].expect("the operation has this operand")
     }
 
-    fn each(&mut self, change: impl Fn(Value) -> Value) {
+    pub(super) fn each(&mut self, change: impl Fn(Value) -> Value) {
         for value in self.values.iter_mut().flatten() {
             *value = change(*value);
         }
@@ -114,7 +114,7 @@ impl Graph {
 
     // Values.
 
-    fn value(&mut self, class: Class, op: Option<Op>, args: Args) -> Value {
+    pub(super) fn value(&mut self, class: Class, op: Option<Op>, args: Args) -> Value {
         let value = Value(self.producers.len() as u32);
         self.producers.push(Producer { class, op, args });
         self.same.push(value);
@@ -293,7 +293,7 @@ impl Graph {
     // The whole function.
 
     /// The value that another one equals in the end.
-    fn resolved(&self, mut value: Value) -> Value {
+    pub(super) fn resolved(&self, mut value: Value) -> Value {
         while self.same[value.at()] != value {
             value = self.same[value.at()];
         }
@@ -306,14 +306,12 @@ impl Graph {
         self.order
             .retain(|block| *block == 0 || !self.blocks[*block].before.is_empty());
         self.drop_same();
-        for block in &self.order {
-            let mut insts = std::mem::take(&mut self.blocks[*block].insts);
-            for inst in &mut insts {
-                inst.args.each(|value| self.resolved(value));
-            }
-            self.blocks[*block].insts = insts;
-        }
-        self.drop_unneeded(folds);
+        self.share();
+        self.lift();
+        self.drop_unneeded(&folds);
+        self.sink();
+        // Constants of what is computed elsewhere.
+        self.drop_unneeded(&folds);
         // What hardly ever runs stands behind everything else.
         let (rare, usual): (Vec<_>, _) = self.order.iter().partition(|block| self.blocks[**block].is_rare);
         self.order = usual;
@@ -350,15 +348,20 @@ impl Graph {
                 break;
             }
         }
-        for block in &mut self.blocks {
-            let mut passed = std::mem::take(&mut block.passed);
-            for value in &mut passed {
-                while self.same[value.at()] != *value {
-                    *value = self.same[value.at()];
-                }
-            }
-            block.passed = passed;
+        self.resolve_passed();
+    }
+
+    pub(super) fn resolve_passed(&mut self) {
+        for block in 0..self.blocks.len() {
+            let mut passed = std::mem::take(&mut self.blocks[block].passed);
+            passed.iter_mut().for_each(|value| *value = self.resolved(*value));
+            self.blocks[block].passed = passed;
         }
+    }
+
+    /// Says that a value equals another one, whose code always ran before.
+    pub(super) fn set_same(&mut self, value: Value, other: Value) {
+        self.same[value.at()] = other;
     }
 
     fn drop_parameter(&mut self, block: BlockId, at: usize) {
@@ -369,7 +372,7 @@ impl Graph {
     }
 
     /// Drops instructions and parameters that nothing with an effect needs.
-    fn drop_unneeded(&mut self, folds: impl Fn(&Self, &Inst) -> Option<usize>) {
+    fn drop_unneeded(&mut self, folds: &impl Fn(&Self, &Inst) -> Option<usize>) {
         let mut needed = vec![false; self.producers.len()];
         let mut places = vec![None; self.producers.len()];
         for block in &self.order {

@@ -14,7 +14,7 @@ pub(crate) enum Class {
 }
 
 /// Operations on integers that overwrite their first operand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Arithmetic {
     Add,
     Or,
@@ -36,7 +36,7 @@ impl Arithmetic {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Shift {
     Left,
     /// Fills with zeros.
@@ -46,7 +46,7 @@ pub(super) enum Shift {
 }
 
 /// Operations on masks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Logic {
     And,
     /// Not the first operand, and the second.
@@ -58,7 +58,7 @@ pub(super) enum Logic {
 }
 
 /// An operation. Offsets are in bytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Op {
     /// Gives its operands the values of the function's parameters.
     Parameters,
@@ -89,6 +89,8 @@ pub(super) enum Op {
     Load(i32),
     LoadFloat(i32),
     LoadVector(i32),
+    /// A vector with the same word in each lane.
+    LoadSpread(i32),
     /// Stores the second operand where the first one points to.
     Store(i32),
     StoreFloat(i32),
@@ -139,6 +141,8 @@ pub(super) enum Op {
     Two(Instruction),
     /// An instruction with two operands that makes a mask.
     Test(Instruction),
+    /// The same in the lanes of a mask, its third operand; the others are not set.
+    TestUnder(Instruction),
     /// An instruction with one operand and a number that stands in it.
     ByNumber(Instruction, u8),
     /// The second operand where the mask is set, else the third.
@@ -178,12 +182,42 @@ impl Op {
         ) || self.ends()
     }
 
+    /// Whether its result depends on its operands alone.
+    pub(super) fn is_pure(self) -> bool {
+        let reads = matches!(
+            self,
+            Self::LoadPointer(_)
+                | Self::Load(_)
+                | Self::LoadFloat(_)
+                | Self::LoadSpread(_)
+                | Self::LoadVector(_)
+                | Self::Gather(_)
+                | Self::Rows(..)
+        );
+        !reads && !self.acts()
+    }
+
+    pub(super) fn is_constant(self) -> bool {
+        matches!(
+            self,
+            Self::Int(_) | Self::Constant(_) | Self::Double(_) | Self::Ramp(_) | Self::Lanes(_)
+        )
+    }
+
+    /// Whether it is computed before a loop that does not change it. For most integers, which have few registers, this would take longer
+    /// than to compute them again.
+    pub(super) fn is_lifted(self, class: Option<Class>) -> bool {
+        let is_slow = class != Some(Class::Int) || matches!(self, Self::Multiply);
+        is_slow && self.is_pure() && !self.is_constant()
+    }
+
     /// The operand that may be in memory.
     pub(super) fn takes_memory(self) -> Option<usize> {
         match self {
             Self::One(_) | Self::ByNumber(..) => Some(0),
             Self::Two(_)
             | Self::Test(_)
+            | Self::TestUnder(_)
             | Self::Blend
             | Self::Masked
             | Self::Arithmetic(_)

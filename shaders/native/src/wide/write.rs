@@ -272,6 +272,10 @@ impl Writer<'_> {
                 let from = Place::At(Memory::At(reg(1), offset));
                 self.bytes.vector(x86::VMOVUPS, reg(0), 0, from);
             }
+            Op::LoadSpread(offset) => {
+                let from = Place::At(Memory::At(reg(1), offset));
+                self.bytes.vector(x86::VBROADCASTSS, reg(0), 0, from);
+            }
             Op::Store(offset) => self.bytes.save(false, Memory::At(reg(0), offset), reg(1)),
             Op::StoreFloat(offset) => {
                 let to = Place::At(Memory::At(reg(0), offset));
@@ -388,6 +392,12 @@ impl Writer<'_> {
             Op::Two(op) | Op::Test(op) => {
                 let from = self.place(inst, folded, at.get(2));
                 self.bytes.vector(op, reg(0), reg(1), from);
+            }
+            Op::TestUnder(op) => {
+                let from = self.place(inst, folded, at.get(2));
+                let mask = register(at[at.len() - 1]);
+                self.bytes
+                    .vector_under(op, reg(0), reg(1), from, Under::lanes_of(mask));
             }
             Op::Blend => {
                 let (mask, rejected) = (reg(1), register(at[at.len() - 1]));
