@@ -730,6 +730,10 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
         if self.graph.op(reject) == Some(Op::Constant(0)) {
             return self.masked(mask, accept);
         }
+        if self.graph.op(accept) == Some(Op::Constant(0)) {
+            let others = self.other_lanes(mask);
+            return self.masked(others, reject);
+        }
         self.vector(Op::Blend, &[mask, accept, reject])
     }
 

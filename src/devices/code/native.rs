@@ -24,7 +24,7 @@ struct Kind {
 }
 
 /// Vectors of 512, 256 and 128 bits.
-static KINDS: [Kind; 5] = [
+static KINDS: [Kind; 4] = [
     Kind {
         name: "native512x64",
         lanes: 64,
@@ -40,12 +40,6 @@ static KINDS: [Kind; 5] = [
     Kind {
         name: "native256x16",
         lanes: 16,
-        first: 8,
-        target: native::Target::avx2,
-    },
-    Kind {
-        name: "native256x8",
-        lanes: 8,
         first: 8,
         target: native::Target::avx2,
     },
