@@ -29,6 +29,10 @@ use crate::{Error, Words};
 
 /// Bytes per word.
 const WORD: u32 = 4;
+/// Bytes of the longest vector.
+const LONGEST: u32 = 64;
+/// The array that holds how many turns are left for loops.
+const TURNS: u32 = 0;
 /// Layout of [`Words`] in bytes.
 const BUFFER: i32 = size_of::<Words>() as i32;
 const START: i32 = offset_of!(Words, start) as i32;
@@ -95,7 +99,7 @@ fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
         let is_number = matches!(op, Some(Op::Int(_)));
         match inst.op {
             Op::Arithmetic(_) | Op::Multiply | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => is_number,
-            Op::One(op) | Op::Two(op) | Op::Test(op) | Op::TestUnder(op) => is_vector && op.takes_constants(),
+            Op::One(op) | Op::Two(op) | Op::TwoUnder(op) | Op::Test(op) | Op::TestUnder(op) => is_vector && op.takes_constants(),
             Op::Blend | Op::Masked => is_vector,
             _ => false,
         }
@@ -125,8 +129,6 @@ struct Wide<const LANES: u32> {
     starts: Vec<Value>,
     workgroup: Value,
     first_lane: Value,
-    /// Turns left for loops.
-    turns_left: Variable,
     /// Where local arrays begin, in bytes, and the end of the last one.
     arrays: Vec<u32>,
     end: u32,
@@ -231,17 +233,15 @@ impl<const LANES: u32> Wide<LANES> {
         let starts = (0..trees.strides.len() as i32)
             .map(|at| graph.add(Op::LoadPointer(at * BUFFER + START), Class::Int, &[buffers]))
             .collect();
-        let turns_left = graph.variable(Class::Int);
-        graph.set(turns_left, turns);
+        graph.act(Op::SetTurns(TURNS), &[turns]);
         Self {
             graph,
             buffers,
             starts,
             workgroup,
             first_lane,
-            turns_left,
-            arrays: Vec::new(),
-            end: 0,
+            arrays: vec![0],
+            end: LONGEST,
             control: Control::default(),
             spread: HashMap::new(),
         }
@@ -339,10 +339,6 @@ impl<const LANES: u32> Wide<LANES> {
     }
 
     fn masks(&mut self, op: Binary, a: Value, b: Value) -> Value {
-        let inverted = |value| match self.graph.op(value) {
-            Some(Op::InvertMask) => Some(self.graph.arg(value, 0)),
-            _ => None,
-        };
         if let [Some(all), _] | [_, Some(all)] = [a, b].map(|value| self.lanes_of(value)) {
             let other = if self.lanes_of(a).is_some() { b } else { a };
             match (op, all) {
@@ -355,12 +351,13 @@ impl<const LANES: u32> Wide<LANES> {
         }
         match op {
             Binary::And => {
-                for (mask, test) in [(a, b), (b, a)] {
-                    if let (Some(Op::Test(op)), true) = (self.graph.op(test), Self::HAS_MASKS) {
-                        let [a, b] = [0, 1].map(|at| self.graph.arg(test, at));
-                        return self.mask(Op::TestUnder(op), &[a, b, mask]);
-                    }
+                if let Some(under) = self.test_under(a, b).or_else(|| self.test_under(b, a)) {
+                    return under;
                 }
+                let inverted = |value| {
+                    let is_inverted = self.graph.op(value) == Some(Op::InvertMask);
+                    is_inverted.then(|| self.graph.arg(value, 0))
+                };
                 if let Some(b) = inverted(b) {
                     return self.mask(Op::Logic(Logic::AndNot), &[b, a]);
                 }
@@ -376,6 +373,28 @@ impl<const LANES: u32> Wide<LANES> {
             }
             Binary::Xor | Binary::NotEqual => self.mask(Op::Logic(Logic::Xor), &[a, b]),
             other => unreachable!("truth values have no {other:?}"),
+        }
+    }
+
+    /// The lanes of a mask for which a comparison holds, or two of them. None waits for another: only one of two is made under the mask.
+    fn test_under(&mut self, mask: Value, test: Value) -> Option<Value> {
+        if !Self::HAS_MASKS || matches!(self.graph.op(mask), Some(Op::Test(_))) {
+            return None;
+        }
+        match self.graph.op(test)? {
+            Op::Test(op) => {
+                let [a, b] = [0, 1].map(|at| self.graph.arg(test, at));
+                Some(self.mask(Op::TestUnder(op), &[a, b, mask]))
+            }
+            Op::Logic(Logic::And) => {
+                let [first, second] = [0, 1].map(|at| self.graph.arg(test, at));
+                let Some(Op::Test(_)) = self.graph.op(first) else {
+                    return None;
+                };
+                let under = self.test_under(mask, first)?;
+                Some(self.mask(Op::Logic(Logic::And), &[under, second]))
+            }
+            _ => None,
         }
     }
 
@@ -734,6 +753,13 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
             let others = self.other_lanes(mask);
             return self.masked(others, reject);
         }
+        if let Some(Op::Two(op)) = self.graph.op(accept)
+            && Self::HAS_MASKS
+            && op.is_of_words()
+        {
+            let [a, b] = [0, 1].map(|at| self.graph.arg(accept, at));
+            return self.vector(Op::TwoUnder(op), &[reject, a, b, mask]);
+        }
         self.vector(Op::Blend, &[mask, accept, reject])
     }
 
@@ -797,7 +823,7 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
 
     fn array(&mut self, words: u32) -> u32 {
         self.arrays.push(self.end);
-        self.end += (words * WORD).next_multiple_of(LANES * WORD);
+        self.end += (words * WORD).next_multiple_of(LONGEST);
         self.arrays.len() as u32 - 1
     }
 
@@ -884,9 +910,7 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
     }
 
     fn count_turn(&mut self) {
-        let turns = self.graph.get(self.turns_left);
-        let left = self.int(Op::Turn, &[turns]);
-        self.graph.set(self.turns_left, left);
+        self.graph.act(Op::Turn(TURNS), &[]);
     }
 
     fn finish(&mut self) {

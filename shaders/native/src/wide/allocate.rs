@@ -115,7 +115,7 @@ impl Function {
                 }
             }
             // They overwrite their first operand.
-            Op::Arithmetic(_) | Op::Negate | Op::Invert | Op::Extreme(_) | Op::Turn => {
+            Op::Arithmetic(_) | Op::Negate | Op::Invert | Op::Extreme(_) | Op::TwoUnder(_) => {
                 operands.extend(out.map(|out| Operand::reg_reuse_def(out, 1)));
                 uses(operands);
             }

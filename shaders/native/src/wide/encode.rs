@@ -133,6 +133,10 @@ impl Instruction {
         let is_wide = true;
         Self { is_wide, ..self }
     }
+    /// Whether all of a vector's lanes are words, each of which a mask can leave out.
+    pub(super) fn is_of_words(self) -> bool {
+        self.width == Width::Full && !self.is_wide
+    }
     /// Whether constants of one word can be an operand.
     pub(super) fn takes_constants(self) -> bool {
         matches!(self.width, Width::Full | Width::Scalar) && !self.is_wide
@@ -324,6 +328,12 @@ impl Bytes {
             self.general(is_long, &[0x81], number_of_op, Place::In(to));
             self.number(number);
         }
+    }
+
+    /// Takes one off 64 bits in memory. The flag of a borrow is set if there was none.
+    pub(super) fn take_one_off(&mut self, place: Memory) {
+        self.general(true, &[0x83], Arithmetic::Subtract.number(), Place::At(place));
+        self.byte(1);
     }
 
     pub(super) fn compare(&mut self, a: Register, b: Place) {

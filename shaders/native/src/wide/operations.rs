@@ -139,6 +139,8 @@ pub(super) enum Op {
     One(Instruction),
     /// An instruction with two operands.
     Two(Instruction),
+    /// The same in the lanes of a mask, the fourth operand, and the first operand in the others.
+    TwoUnder(Instruction),
     /// An instruction with two operands that makes a mask.
     Test(Instruction),
     /// The same in the lanes of a mask, its third operand; the others are not set.
@@ -155,8 +157,10 @@ pub(super) enum Op {
     Upper,
 
     // Control flow.
+    /// Sets the number of turns left, which is in an array.
+    SetTurns(u32),
     /// Takes one off; ends the function if there was none.
-    Turn,
+    Turn(u32),
     Jump,
     /// Goes to the first block if the operand isn't zero, else to the second.
     IfTrue,
@@ -178,7 +182,8 @@ impl Op {
                 | Self::StoreVector(_)
                 | Self::StoreMasked(_)
                 | Self::Scatter(_)
-                | Self::Turn
+                | Self::SetTurns(_)
+                | Self::Turn(_)
         ) || self.ends()
     }
 
@@ -223,6 +228,7 @@ impl Op {
             | Self::Arithmetic(_)
             | Self::Compare(_)
             | Self::IfCompare(_) => Some(1),
+            Self::TwoUnder(_) => Some(2),
             _ => None,
         }
     }

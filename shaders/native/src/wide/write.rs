@@ -85,6 +85,11 @@ impl Writer<'_> {
         }
     }
 
+    /// Where an array begins.
+    fn array(&self, array: u32) -> Memory {
+        Memory::At(RSP, (self.spilled + self.arrays[array as usize]) as i32)
+    }
+
     fn has_masks(&self) -> bool {
         self.function.vectors == Vectors::Avx512
     }
@@ -297,8 +302,8 @@ impl Writer<'_> {
             }
             Op::Address => self.bytes.address(reg(0), Memory::Indexed(reg(1), reg(2), 0)),
             Op::Place(array) => {
-                let offset = (self.spilled + self.arrays[array as usize]) as i32;
-                self.bytes.address(reg(0), Memory::Indexed(RSP, reg(1), offset));
+                let place = self.array(array).word(reg(1));
+                self.bytes.address(reg(0), place);
             }
             Op::Gather(offset) => {
                 let (to, mask) = (reg(0), reg(3));
@@ -393,6 +398,12 @@ impl Writer<'_> {
                 let from = self.place(inst, folded, at.get(2));
                 self.bytes.vector(op, reg(0), reg(1), from);
             }
+            Op::TwoUnder(op) => {
+                let from = self.place(inst, folded, at.get(3));
+                let mask = register(at[at.len() - 1]);
+                self.bytes
+                    .vector_under(op, reg(0), reg(2), from, Under::lanes_of(mask));
+            }
             Op::TestUnder(op) => {
                 let from = self.place(inst, folded, at.get(2));
                 let mask = register(at[at.len() - 1]);
@@ -432,8 +443,13 @@ impl Writer<'_> {
                 let op = op.with(1);
                 self.bytes.vector(op, reg(1), 0, Place::In(reg(0)));
             }
-            Op::Turn => {
-                self.bytes.arithmetic_with_number(true, Arithmetic::Subtract, reg(0), 1);
+            Op::SetTurns(array) => {
+                let place = self.array(array);
+                self.bytes.save(true, place, reg(0));
+            }
+            Op::Turn(array) => {
+                let place = self.array(array);
+                self.bytes.take_one_off(place);
                 self.bytes.jump_if(Condition::Below, self.used_up());
             }
             Op::Jump => self.jump(next[0], following),
