@@ -17,8 +17,6 @@ mod parts;
 pub mod random;
 pub mod world;
 
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub use devices::ahead;
 #[cfg(feature = "gpu")]
 pub use devices::gpu;
 pub use devices::{audit, auto, backend, background, cpu, pool, probe, threads};

@@ -869,9 +869,6 @@ pub(crate) enum DeviceCommand {
     Test(DeviceTest),
     /// Measure robot-steps per second
     Bench(DeviceBench),
-    /// Compile an experiment's kernel for this processor, with an installed Rust toolchain
-    #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-    Compile(DeviceCompile),
 }
 
 /// `oneiro device list`
@@ -929,21 +926,6 @@ pub(crate) struct DeviceBench {
     /// With --host: numbers of processors [default: from 1 to all]
     #[arg(long, value_name = "N,..", value_delimiter = ',', conflicts_with_all = ["rollouts", "quick"], value_parser = whole::<u16>(1..=1024))]
     pub(crate) processors: Vec<u16>,
-}
-
-/// `oneiro device compile`
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-#[derive(Args, Debug)]
-pub(crate) struct DeviceCompile {
-    /// The experiment's TOML file
-    #[arg(value_hint = ValueHint::FilePath)]
-    pub(crate) experiment: PathBuf,
-    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
-    pub(crate) set: Vec<String>,
-    /// Compile it even if this version of Rust has compiled it before
-    #[arg(long)]
-    pub(crate) again: bool,
 }
 
 /// `oneiro robot`

@@ -2,11 +2,6 @@
 
 #[cfg_attr(not(feature = "compose"), path = "code/absent.rs")]
 mod interpreted;
-#[cfg_attr(
-    not(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64"))),
-    path = "code/no_library.rs"
-)]
-pub(crate) mod library;
 #[allow(clippy::duplicate_mod, reason = "what is absent is absent alike")]
 #[cfg_attr(
     not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
@@ -22,8 +17,6 @@ mod specialised;
 
 use oneiro_shaders::{Kernel, Variant, Words};
 
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub(crate) use native::trees_of;
 pub(crate) use specialised::Specialised;
 
 use crate::evaluator::Error;
@@ -33,8 +26,6 @@ use crate::evaluator::Error;
 pub(crate) enum LaneCode {
     /// Compiled with this program.
     Ahead(&'static Variant),
-    /// Compiled by a Rust toolchain on this machine.
-    Library(library::Code),
     /// Compiled at run time.
     Native(native::Code),
     /// Not compiled.
@@ -54,8 +45,7 @@ impl LaneCode {
             let variants = ahead(kernel).filter(move |variant| (variant.lanes > 1) == is_wide);
             variants.map(|variant| (variant.name, variant.lanes))
         };
-        let libraries = library::all(kernel).into_iter();
-        ahead(true).chain(libraries).chain(native::all()).chain(ahead(false))
+        ahead(true).chain(native::all()).chain(ahead(false))
     }
 
     /// The narrower code, compiled with this program, that is the fastest for so few episodes, if it is faster than this one. `cost`
@@ -79,8 +69,7 @@ impl LaneCode {
         if interpreter() == Some(name) {
             return interpreted::compiled(kernel).map(Self::Interpreted).map(Some);
         }
-        let ahead = ahead(kernel).find(|variant| variant.name == name).map(Self::Ahead);
-        Ok(ahead.or_else(|| library::named(kernel, name).map(Self::Library)))
+        Ok(ahead(kernel).find(|variant| variant.name == name).map(Self::Ahead))
     }
 
     /// Compiles a kernel at run time, or prepares to interpret it where it can't be compiled.
@@ -107,7 +96,6 @@ impl LaneCode {
     pub(crate) fn lanes(&self) -> u32 {
         match self {
             Self::Ahead(variant) => variant.lanes,
-            Self::Library(code) => code.lanes(),
             Self::Native(code) => code.lanes(),
             Self::Interpreted(code) => code.lanes(),
         }
@@ -133,8 +121,6 @@ impl LaneCode {
         match self {
             // SAFETY: the variant is available; the caller guarantees the rest.
             Self::Ahead(variant) => unsafe { (variant.run)(buffers, workgroup, first_lane) },
-            // SAFETY: the caller guarantees it.
-            Self::Library(code) => unsafe { code.run(buffers, workgroup, first_lane) },
             // SAFETY: the caller guarantees it.
             Self::Native(code) => return unsafe { code.run(buffers, workgroup, first_lane, turns) },
             // SAFETY: the caller guarantees it.

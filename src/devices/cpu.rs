@@ -11,7 +11,7 @@ use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
 use crate::batch::{Batch, LANES, Part, PartResult, Worlds};
-use crate::devices::code::{LaneCode, Specialised, interpreted_because, interpreter, interprets, library};
+use crate::devices::code::{LaneCode, Specialised, interpreted_because, interpreter, interprets};
 use crate::devices::threads::startable;
 use crate::devices::variants::Specialise;
 use crate::evaluator::{Control, Device, Error, Evaluator};
@@ -20,8 +20,6 @@ use crate::evaluator::{Control, Device, Error, Evaluator};
 const CHUNK: u32 = 16_384;
 /// Said of a processor that kernels can't be compiled for.
 const SLOW: &str = "; kernels composed at run time are interpreted, which is slow";
-/// What helps where a library can't be used.
-const AGAIN: &str = "`oneiro device compile` compiles it ahead again";
 /// How many times the bound of its loops' turns a call of code made at run time may take before it is stopped. The bound is that of
 /// one episode. Of several lanes, some may leave a loop earlier than others; the pass in which the last ones leave it goes on to its end
 /// without any. So a loop may take one pass more than the bound says, which is at most twice as many for each loop around
@@ -307,9 +305,6 @@ impl Evaluator for Cpu {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        let of_library = library::problem(part.kernel())
-            .map(|problem| format!("{problem}; the kernel is compiled at run time instead, which is slower: {AGAIN}"));
-        self.warn(of_library);
         let groups: Vec<u32> = part.groups().collect();
         let result = self.run(part.batch(), &groups, control, true);
         let of_code = interpreted_because(part.kernel()).map(|problem| {

@@ -1,7 +1,5 @@
 //! Evaluators of batches: CPU, GPUs, the choice between them, pools and audits.
 
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub mod ahead;
 pub mod audit;
 pub mod auto;
 pub mod backend;

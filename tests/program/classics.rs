@@ -8,7 +8,6 @@ use std::process::Command;
 use std::time::Instant;
 
 use oneiro::random::pcg4d;
-use serde_json::Value;
 
 use crate::pinned;
 use crate::place::{Place, Ran};
@@ -89,17 +88,6 @@ impl Lives {
         Ran::new(arguments, &output).exits(0).stdout
     }
 
-    /// Compiles the kernel ahead of time, and returns devices with that lane code; none for a kernel that ships.
-    fn compiled(&self) -> Vec<String> {
-        let report = self.good(&["device", "compile", &self.experiment, "--json"]);
-        let report: Value = serde_json::from_str(&report).unwrap();
-        let codes = report["lane_codes"].as_array().cloned().unwrap_or_default();
-        codes
-            .iter()
-            .map(|code| format!("cpu:{}", code.as_str().unwrap()))
-            .collect()
-    }
-
     /// A line for each life on a device: the fitness and its bits, and the measures of behaviour if they are asked for, which are
     /// made of all cycles.
     fn lines(&self, genomes: &str, measured: bool, device: &str) -> Vec<String> {
@@ -149,10 +137,7 @@ struct Counts {
     interpreted: usize,
 }
 
-/// Of these kernels, the one that is compiled ahead of time also where `ONEIRO_LONG` is not set.
-const COMPILED: &str = "discrimination";
-
-/// Lives by code compiled at run time are those of code compiled ahead, with the program or by `oneiro device compile`, of lavapipe, and
+/// Lives by code compiled at run time for any processor are those of the code for this one, of code compiled ahead, of lavapipe, and
 /// of the interpreter; and they are those that are pinned. Genes that are off by a two-thousandth or less are noticed.
 #[test]
 fn the_same_bits_on_every_device() {
@@ -175,22 +160,8 @@ fn the_same_bits_on_every_device() {
     for experiment in EXPERIMENTS {
         // Each begins on it in `shipped`.
         let gpu = (is_long && cfg!(feature = "gpu")).then_some("gpu:llvmpipe");
-        let ahead = match experiment {
-            "khepera-avoidance" => vec!["cpu", "cpu:scalarx1"],
-            _ => Vec::new(),
-        };
-        let compiled = if cfg!(feature = "ahead") && (is_long || experiment == COMPILED) {
-            let codes = Lives::new(experiment, 1, &cache.at("")).compiled();
-            assert_eq!(codes.is_empty(), !ahead.is_empty(), "{experiment}");
-            codes
-        } else {
-            Vec::new()
-        };
-        let others: Vec<&str> = gpu
-            .into_iter()
-            .chain(ahead)
-            .chain(compiled.iter().map(String::as_str))
-            .collect();
+        let ahead = (experiment == "khepera-avoidance").then_some("cpu:scalarx1");
+        let others: Vec<&str> = ["cpu"].into_iter().chain(gpu).chain(ahead).collect();
         for (count, measured, others) in [
             (counts.plain, false, &others[..]),
             (counts.measured, true, &others[..]),

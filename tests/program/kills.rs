@@ -47,7 +47,7 @@ impl Case {
     }
 }
 
-const CASES: [Case; 34] = [
+const CASES: [Case; 33] = [
     Case::new("run", "small.toml --seed 1 --out WORK/out"),
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
@@ -99,11 +99,6 @@ const CASES: [Case; 34] = [
             "device bench",
             "small.toml --quick --rollouts 256 --share WORK/out.json",
         )
-    },
-    Case {
-        kills: 40,
-        is_slow: true,
-        ..Case::new("device compile", "own.toml --again")
     },
     Case {
         drawn: &["key"],

@@ -23,8 +23,6 @@ mod robots;
 #[path = "../skips/mod.rs"]
 mod skips;
 
-#[cfg(feature = "ahead")]
-mod ahead;
 mod champions;
 #[cfg(feature = "compose")]
 mod classics;
@@ -44,7 +42,7 @@ mod extend;
 #[cfg(all(feature = "native", feature = "twin"))]
 mod foreign;
 mod goldens;
-#[cfg(all(feature = "ahead", feature = "twin"))]
+#[cfg(all(feature = "native", feature = "twin"))]
 mod kills;
 mod machines;
 #[cfg(feature = "compose")]

@@ -1,12 +1,11 @@
 //! Names that commands had, and what to type now.
 
 /// Commands that became options or sub-commands of others: the old name, and a command line that does the same.
-const MOVED: [(&str, &str); 11] = [
+const MOVED: [(&str, &str); 10] = [
     ("audit", "verify RUN_DIR --recompute --fraction 0.01"),
     ("bench", "device bench"),
     ("best", "evaluate --best --genomes RUN_DIR --trials 100"),
     ("calibrate", "robot calibrate EXPERIMENT.toml --log LOG_DIR --out DIR"),
-    ("compile", "device compile EXPERIMENT.toml"),
     ("devices", "device list"),
     ("keys", "new --keys noise"),
     ("sample", "robot sample --robot surrogate:1 --out DIR"),

@@ -1,5 +1,4 @@
-//! `oneiro device`: this machine's devices: what they are, whether their bits are right, how fast they are, and kernels compiled for
-//! them.
+//! `oneiro device`: this machine's devices: what they are, whether their bits are right, and how fast they are.
 
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
@@ -7,8 +6,6 @@ use oneiro_base::exit::Result;
 use crate::cli::{Device, DeviceCommand};
 
 mod bench;
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-mod compile;
 pub(crate) mod list;
 mod machine_code;
 pub(crate) mod test;
@@ -19,7 +16,5 @@ pub(crate) fn run(arguments: &Device, console: Console) -> Result {
         DeviceCommand::List(arguments) => console.print_answer(&list::answer(arguments.explain)),
         DeviceCommand::Test(arguments) => test::run(arguments, console),
         DeviceCommand::Bench(arguments) => bench::run(arguments, console),
-        #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-        DeviceCommand::Compile(arguments) => compile::run(arguments, console),
     }
 }

@@ -10,12 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use std::{env, process};
 
-#[cfg(feature = "ahead")]
-use oneiro_shader_compiler::Trees;
-
 use crate::{Code, Target};
-#[cfg(feature = "ahead")]
-use crate::{Draft, Library, LibraryError, Toolchain, ToolchainError};
 
 /// Hash of everything that code depends on: the kernel's text, the number of lanes, the machine, and the compilers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,12 +23,6 @@ impl Key {
     /// Makes the key for a kernel's joined WGSL.
     pub fn new(wgsl: &str, lanes: u32, target: &Target) -> Self {
         Self::of(BUILD, &target.description(), lanes, wgsl)
-    }
-
-    /// Makes the key for a library of all the lane code that this machine can run of a kernel.
-    #[cfg(feature = "ahead")]
-    pub fn of_library(wgsl: &str, target: &Target) -> Self {
-        Self::new(wgsl, 0, target)
     }
 
     fn of(build: &str, target: &str, lanes: u32, wgsl: &str) -> Self {
@@ -143,53 +132,6 @@ impl Cache {
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, problem));
         }
         Ok(())
-    }
-
-    /// Loads the library of a key; `None` if there is none.
-    ///
-    /// # Errors
-    /// It is damaged, another user could have written it, or the system can't load it.
-    #[cfg(feature = "ahead")]
-    pub fn library(&self, key: &Key) -> Result<Option<Library>, LibraryError> {
-        let path = self.library_path(key);
-        if !path.exists() {
-            return Ok(None);
-        }
-        let problem = |problem: String| LibraryError {
-            path: path.clone(),
-            problem,
-        };
-        let bytes = self
-            .read(&path)
-            .ok_or_else(|| problem("can't be read, or another user could have written it".into()))?;
-        Library::open(&path, &bytes, key).map(Some).map_err(problem)
-    }
-
-    /// Compiles a program's lane code into a library. It is not in the cache until [`Draft::keep`].
-    ///
-    /// # Errors
-    /// The toolchain's, those of the file system, and a library that the system can't load.
-    #[cfg(feature = "ahead")]
-    pub fn compile(&self, key: &Key, toolchain: &Toolchain, trees: &Trees) -> Result<(Library, Draft), ToolchainError> {
-        self.create()?;
-        let path = self.library_path(key);
-        let new = unfinished(&path);
-        let folder = new.with_added_extension("crate");
-        create(&folder)?;
-        let made = toolchain.compile(trees, &folder);
-        let _ = fs::remove_dir_all(&folder);
-        let draft = Draft {
-            new,
-            path,
-            cache: self.clone(),
-        };
-        Ok((draft.load(&made?, key)?, draft))
-    }
-
-    #[cfg(feature = "ahead")]
-    fn library_path(&self, key: &Key) -> PathBuf {
-        // Some systems load only files that have an extension.
-        self.path(key).with_extension("lanes")
     }
 
     /// Returns the code of a key. If there is none, compiles it and saves it if possible.

@@ -1,6 +1,5 @@
 //! Compiles kernels to machine code at run time, without a compiler on the machine: `emit` turns the shader compiler's tree
-//! into instructions, through Cranelift. Where there is a Rust toolchain, it can also compile them ahead of time
-//! (`toolchain`, with the feature `ahead`).
+//! into instructions, by a code generator of its own for AVX2 and AVX-512, or through Cranelift.
 //!
 //! ```
 //! use oneiro_shader_compiler::{Part, trees};
@@ -28,13 +27,9 @@ mod code;
 mod control;
 mod cranelift;
 mod emit;
-#[cfg(feature = "ahead")]
-mod library;
 mod run;
 mod share;
 mod stack;
-#[cfg(feature = "ahead")]
-mod toolchain;
 // The code is called by the convention that other systems than Windows have on this architecture.
 #[cfg_attr(not(all(target_arch = "x86_64", unix)), path = "no_wide.rs")]
 mod wide;
@@ -44,11 +39,7 @@ use oneiro_shader_compiler::Trees;
 
 pub use cache::{Cache, Key};
 pub use code::Code;
-#[cfg(feature = "ahead")]
-pub use library::{Draft, Instance, Library, LibraryError};
 pub use run::{Native, Stopped, Words};
-#[cfg(feature = "ahead")]
-pub use toolchain::{Toolchain, ToolchainError};
 
 use stack::{ARRAYS, FRAME, check_arrays, most_at_once};
 

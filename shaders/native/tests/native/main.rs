@@ -10,5 +10,3 @@ mod seeds;
 mod cache;
 mod kernels;
 mod random;
-#[cfg(feature = "ahead")]
-mod toolchain;
