@@ -88,7 +88,7 @@ class Outcome(NamedTuple):
     fitness: NDArray[np.float32]
     """`[n, lives]`"""
     device: str
-    """The device that computed them, such as `cpu (avx2x16, 2 threads)`."""
+    """The device that computed them, such as `cpu (native256x16, 2 threads)`."""
     exact: bool
     """Whether that device guarantees the same bits as all exact devices."""
     descriptors: NDArray[np.float64] | None = None

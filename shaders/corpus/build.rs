@@ -22,8 +22,6 @@ const WRITTEN: [&str; 9] = [
 ];
 /// How many random kernels there are.
 const RANDOM: usize = 24;
-/// Instruction sets that random kernels take turns with.
-const X86: [&str; 2] = ["avx512", "avx2"];
 /// Workgroups of each dispatch.
 const WORKGROUPS: u32 = 2;
 /// Which float operations of `folding` are the products of `(x * 0.1f) * 0.3f`. Mesa reassociates what may be
@@ -48,7 +46,7 @@ fn main() {
     let mut found = 0;
     while found < RANDOM {
         seed += 1;
-        corpus.targets = targets_of_random(found);
+        corpus.targets = targets_of_random();
         // Some are refused, run too long, or return at once.
         if corpus
             .case(&format!("random_{seed}"), &generate::kernel(seed, 40), seed)
@@ -81,10 +79,9 @@ fn targets() -> Vec<Target> {
     instances::TARGETS.iter().filter(unchecked).copied().collect()
 }
 
-/// Compiling takes long: on x86 each random kernel has one instruction set with one number of lanes, besides none.
-fn targets_of_random(index: usize) -> Vec<Target> {
+/// Compiling takes long: each random kernel has one number of lanes of each instruction set.
+fn targets_of_random() -> Vec<Target> {
     let mut targets = targets();
-    targets.retain(|target| !X86.contains(&target.name) || target.name == X86[index % X86.len()]);
     for target in &mut targets {
         target.shapes = &target.shapes[target.shapes.len() - 1..];
     }

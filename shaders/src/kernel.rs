@@ -78,7 +78,7 @@ impl Kernel {
 /// The lane code of a kernel for one instruction set and one number of lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Variant {
-    /// Such as `avx512x64`: instruction set, `x`, lanes.
+    /// Such as `neonx16`: instruction set, `x`, lanes.
     pub name: &'static str,
     /// Invocations that one call runs; divides the workgroup size.
     pub lanes: u32,

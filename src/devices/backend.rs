@@ -7,7 +7,7 @@ use crate::evaluator::{Error, Evaluator};
 
 /// Names that [`open`] accepts, for messages.
 pub const BACKENDS: &str =
-    "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
+    "auto, cpu, cpu:LANES such as cpu:native512x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
 
 /// Options of a backend. They don't affect results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -48,14 +48,22 @@ impl LaneCode {
         ahead(true).chain(native::all()).chain(ahead(false))
     }
 
-    /// The narrower code, compiled with this program, that is the fastest for so few episodes, if it is faster than this one. `cost`
-    /// estimates the time of one call from a code's name and its number of lanes.
+    /// The narrower code that is the fastest for so few episodes, if it is faster than this one. `cost` estimates the time of one call from
+    /// a code's name and its number of lanes.
     pub(crate) fn for_few(&self, kernel: &'static Kernel, rollouts: usize, cost: fn(&str, u32) -> f32) -> Option<Self> {
-        let Self::Ahead(wide) = self else { return None };
-        let time = |code: &Variant| rollouts.div_ceil(code.lanes as usize) as f32 * cost(code.name, code.lanes);
-        let narrower = ahead(kernel).filter(|code| code.lanes < wide.lanes);
-        let best = narrower.min_by(|a, b| time(a).total_cmp(&time(b)));
-        best.filter(|best| time(best) < time(wide)).map(Self::Ahead)
+        let time = |(name, lanes): (&str, u32)| rollouts.div_ceil(lanes as usize) as f32 * cost(name, lanes);
+        let narrower = Self::all(kernel).filter(|(_, lanes)| *lanes < self.lanes());
+        let best = narrower.min_by(|a, b| time(*a).total_cmp(&time(*b)))?;
+        let own = (self.name(), self.lanes());
+        (time(best) < time(own)).then(|| Self::named(kernel, best.0).ok()?)?
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Ahead(variant) => variant.name,
+            Self::Native(code) => code.name(),
+            Self::Interpreted(code) => code.name(),
+        }
     }
 
     /// Returns a kernel's lane code by name; `None` if this processor can't run one with that name.

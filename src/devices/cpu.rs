@@ -93,7 +93,7 @@ impl Cpu {
         })
     }
 
-    /// Names of the lane codes that this processor can run, such as `avx2x16`, the fastest first: those compiled with this
+    /// Names of the lane codes that this processor can run, such as `scalarx1`, the fastest first: those compiled with this
     /// program, and those such as `native128x16`, which are compiled at run time where that is possible.
     pub fn variants() -> Vec<&'static str> {
         LaneCode::all(&oneiro_shaders::LIFE_PERCEPTRON)
@@ -236,8 +236,7 @@ impl Cpu {
     }
 
     /// Returns the lane code requested by name, or else the one with the shortest estimated time. With few episodes,
-    /// narrow ones keep more threads busy. A kernel composed at run time has only one, unless it was compiled ahead of time on
-    /// this machine.
+    /// narrow ones keep more threads busy.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
         if self.checks {
             return LaneCode::checked(kernel);
@@ -251,8 +250,7 @@ impl Cpu {
             let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(lanes as usize)).sum();
             calls.div_ceil(self.threads()) as f32 * cost(name, lanes)
         };
-        let mut codes = worthwhile(kernel);
-        codes.retain(|(name, _)| self.is_wanted(name));
+        let mut codes: Vec<_> = LaneCode::all(kernel).filter(|(name, _)| self.is_wanted(name)).collect();
         codes.sort_by(|a, b| time(*a).total_cmp(&time(*b)));
         // A kernel may be too large for the code generator with the widest vectors.
         let fastest = codes.iter().find_map(|(name, _)| LaneCode::named(kernel, name).ok()?);
@@ -298,8 +296,7 @@ impl Evaluator for Cpu {
         let names: Vec<_> = LaneCode::all(kernel).map(|(name, _)| name).collect();
         let is_there = |name: &&str| names.contains(name) || interpreter() == Some(*name);
         let named = self.variant.filter(is_there);
-        let chosen = || worthwhile(kernel).into_iter().map(|(name, _)| name);
-        let wanted = || chosen().find(|name| self.is_wanted(name));
+        let wanted = || names.iter().copied().find(|name| self.is_wanted(name));
         let any = || names.first().copied().or(interpreter());
         self.described(named.or_else(wanted).or_else(any).unwrap_or("no lane code"))
     }
@@ -323,7 +320,7 @@ impl Evaluator for Cpu {
     }
 }
 
-/// The instruction set in a lane code's name, such as `avx2` of `avx2x16`.
+/// The instruction set in a lane code's name, such as `neon` of `neonx16`.
 fn instruction_set(name: &str) -> &str {
     name.rsplit_once('x').map_or(name, |(set, _)| set)
 }
@@ -332,36 +329,15 @@ fn instruction_set(name: &str) -> &str {
 /// server's core. It only affects the choice of a lane code.
 fn cost(name: &str, lanes: u32) -> f32 {
     let each_lane = match instruction_set(name) {
-        "avx512" => 4.1,
-        "avx2" => 5.1,
         "neon" => 9.7,
         "scalar" => 30.0,
         "checked" => 170.0,
-        "native512" => 5.0,
-        "native256" => 7.0,
+        "native512" => 2.5,
+        "native256" => 5.0,
         // Compiled at run time.
         _ => 10.0,
     };
     45.0 + each_lane * lanes as f32
-}
-
-/// The lane codes of a kernel that this processor chooses from.
-fn worthwhile(kernel: &'static Kernel) -> Vec<(&'static str, u32)> {
-    let all: Vec<_> = LaneCode::all(kernel).collect();
-    let is_worthwhile = |code: &(&'static str, u32)| !(keeps_words(kernel) && has_narrower(*code, &all));
-    all.iter().copied().filter(is_worthwhile).collect()
-}
-
-/// Whether a kernel keeps the state of episodes in words of memory, as for swarms. A single robot's fits in registers, where
-/// several vectors at a time hide how long operations take; these gain nothing from more lanes, which need more of the nearest cache.
-fn keeps_words(kernel: &Kernel) -> bool {
-    kernel.stride("state") == size_of::<u32>()
-}
-
-/// Whether there is a code of the same instruction set with fewer vectors at a time.
-fn has_narrower((name, lanes): (&str, u32), all: &[(&str, u32)]) -> bool {
-    all.iter()
-        .any(|(other, fewer)| instruction_set(other) == instruction_set(name) && (2..lanes).contains(fewer))
 }
 
 /// Episodes of one group, and the destination of their results.
@@ -514,14 +490,6 @@ mod tests {
     use crate::parameter::Invalid;
     use crate::random::Key;
     use crate::world::{World, WorldSpec};
-
-    #[test]
-    fn robots_that_live_together_take_one_vector_at_a_time() {
-        assert!(keeps_words(&oneiro_shaders::SWARM) && !keeps_words(&oneiro_shaders::LIFE_PERCEPTRON));
-        let all = [("avx512x64", 64), ("avx512x16", 16), ("avx2x16", 16), ("scalarx1", 1)];
-        let kept = all.into_iter().filter(|code| !has_narrower(*code, &all));
-        assert!(kept.eq(all.into_iter().skip(1)));
-    }
 
     /// Of 65 episodes in one world, one is left over from a group: it does not pay for a wide call.
     #[test]

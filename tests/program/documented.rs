@@ -983,7 +983,7 @@ fn another_output_is_noticed() {
         assert_eq!(renewed, page(&printed), "{wrong}");
     }
     assert_eq!(
-        shown::masked("a on cpu (avx512x64, 2 threads)\nat 2026-11-28 in 3 ms,  4 runs "),
+        shown::masked("a on cpu (native512x64, 2 threads)\nat 2026-11-28 in 3 ms,  4 runs "),
         shown::masked("a on cpu (neon, 8 threads) \nat 2025-01-02 in 12.5 s, 4 runs")
     );
 }

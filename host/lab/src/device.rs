@@ -110,7 +110,7 @@ pub fn is_checked(lane_code: &str) -> bool {
 
 /// One device or instruction set of this machine, to compare with the others.
 pub struct Candidate {
-    /// Name, such as `cpu avx2x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    /// Name, such as `cpu native256x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub name: String,
     /// Number of CPU threads; `None` for an adapter.
     pub threads: Option<usize>,

@@ -92,7 +92,7 @@ pub(super) fn with<T>(name: &str, work: impl FnOnce(&mut dyn Evaluator) -> T) ->
     Ok(work(&mut **evaluator))
 }
 
-/// A device in words, such as `cpu (avx2x16, 2 threads)`.
+/// A device in words, such as `cpu (native256x16, 2 threads)`.
 pub(super) fn words(device: &Device) -> String {
     format!("{} ({})", device.name, device.detail)
 }

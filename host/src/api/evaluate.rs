@@ -65,7 +65,7 @@ pub struct Outcome {
     pub traces: Vec<u32>,
     /// Cycles of each life that is in the traces.
     pub lengths: Vec<u32>,
-    /// The device, such as `cpu (avx2x16, 2 threads)`.
+    /// The device, such as `cpu (native256x16, 2 threads)`.
     pub device: String,
     /// Whether it guarantees the bits that every other exact device gives.
     pub exact: bool,

@@ -22,22 +22,9 @@ pub struct Target {
     pub vector: &'static str,
 }
 
-/// Instruction sets, the widest first. The numbers of lanes are the fastest that were measured: see `docs/measurements.md`.
+/// Instruction sets. On x86, code with vectors is compiled at run time. The numbers of lanes are the fastest that were measured: see
+/// `docs/measurements.md`.
 pub const TARGETS: &[Target] = &[
-    Target {
-        arch: "target_arch = \"x86_64\"",
-        name: "avx512",
-        features: &["avx512f", "avx512bw", "avx512dq", "avx512vl"],
-        shapes: &[(4, 16), (1, 16)],
-        vector: "Avx512",
-    },
-    Target {
-        arch: "target_arch = \"x86_64\"",
-        name: "avx2",
-        features: &["avx2"],
-        shapes: &[(2, 8)],
-        vector: "Avx2",
-    },
     Target {
         arch: "target_arch = \"aarch64\"",
         name: "neon",

@@ -82,7 +82,12 @@ pub(crate) fn description(isa: &dyn TargetIsa) -> String {
 
 /// Compiles a program to machine code.
 pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<Vec<u8>, Error> {
-    let mut signature = Signature::new(CallConv::triple_default(isa.triple()));
+    let call = if cfg!(target_arch = "x86_64") {
+        CallConv::SystemV
+    } else {
+        CallConv::triple_default(isa.triple())
+    };
+    let mut signature = Signature::new(call);
     signature.params = [isa.pointer_type(), I32, I32, I64].map(AbiParam::new).into();
     signature.returns.push(AbiParam::new(I32));
     let mut context = Context::new();

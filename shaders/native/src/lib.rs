@@ -30,8 +30,7 @@ mod emit;
 mod run;
 mod share;
 mod stack;
-// The code is called by the convention that other systems than Windows have on this architecture.
-#[cfg_attr(not(all(target_arch = "x86_64", unix)), path = "no_wide.rs")]
+#[cfg_attr(not(target_arch = "x86_64"), path = "no_wide.rs")]
 mod wide;
 
 use cranelift_codegen::isa::OwnedTargetIsa;

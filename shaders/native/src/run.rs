@@ -47,7 +47,10 @@ pub enum Stopped {
 }
 
 /// Takes the buffers, the workgroup, the first lane, and the turns that loops may take. Returns 1 if those were used up, else
-/// 0.
+/// 0. On 64-bit x86 it is called in the same way on all systems.
+#[cfg(target_arch = "x86_64")]
+type Entry = unsafe extern "sysv64" fn(*const Words, u32, u32, u64) -> u32;
+#[cfg(not(target_arch = "x86_64"))]
 type Entry = unsafe extern "C" fn(*const Words, u32, u32, u64) -> u32;
 
 /// Code that is ready to run, from several threads at a time.

@@ -99,7 +99,9 @@ fn folded(graph: &Graph, inst: &Inst) -> Option<usize> {
         let is_number = matches!(op, Some(Op::Int(_)));
         match inst.op {
             Op::Arithmetic(_) | Op::Multiply | Op::Shift(_) | Op::Compare(_) | Op::IfCompare(_) => is_number,
-            Op::One(op) | Op::Two(op) | Op::TwoUnder(op) | Op::Test(op) | Op::TestUnder(op) => is_vector && op.takes_constants(),
+            Op::One(op) | Op::Two(op) | Op::TwoUnder(op) | Op::Test(op) | Op::TestUnder(op) => {
+                is_vector && op.takes_constants()
+            }
             Op::Blend | Op::Masked => is_vector,
             _ => false,
         }
@@ -208,7 +210,11 @@ fn commutes(op: Binary, ty: Ty) -> bool {
 impl<const LANES: u32> Wide<LANES> {
     /// Whether masks have registers of their own, of a bit for each lane.
     const HAS_MASKS: bool = LANES == 16;
-    const VECTORS: Vectors = if Self::HAS_MASKS { Vectors::Avx512 } else { Vectors::Avx2 };
+    const VECTORS: Vectors = if Self::HAS_MASKS {
+        Vectors::Avx512
+    } else {
+        Vectors::Avx2
+    };
 
     fn compile(trees: &Trees, lanes: u32, checked: bool) -> Result<Vec<u8>, Error> {
         let mut asm = Self::new(trees);
@@ -449,7 +455,11 @@ impl<const LANES: u32> Wide<LANES> {
             }
         };
         let mask = self.mask(Op::Test(test), &[a, b]);
-        if inverted { self.mask(Op::InvertMask, &[mask]) } else { mask }
+        if inverted {
+            self.mask(Op::InvertMask, &[mask])
+        } else {
+            mask
+        }
     }
 
     /// Shifts all lanes by a scalar.
@@ -785,9 +795,7 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
         match (from, to) {
             (Form::One(Ty::F32) | Form::Vector(Ty::F32), Ty::I32 | Ty::U32) => self.convert_to_integer(from, to, a),
             (Form::One(Ty::I32), Ty::F32) => self.vector(Op::FloatOfInt(x86::VCVTSI2SS), &[a]),
-            (Form::One(Ty::U32), Ty::F32) if Self::HAS_MASKS => {
-                self.vector(Op::FloatOfInt(x86::VCVTUSI2SS), &[a])
-            }
+            (Form::One(Ty::U32), Ty::F32) if Self::HAS_MASKS => self.vector(Op::FloatOfInt(x86::VCVTUSI2SS), &[a]),
             // The upper half of a register is zero.
             (Form::One(Ty::U32), Ty::F32) => self.vector(Op::FloatOfInt(x86::VCVTSI2SS_LONG), &[a]),
             (Form::Vector(Ty::I32), Ty::F32) => self.vector(Op::One(x86::VCVTDQ2PS), &[a]),

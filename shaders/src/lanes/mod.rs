@@ -61,10 +61,6 @@ macro_rules! lane_by_lane {
     };
 }
 
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
 mod checked;
 #[cfg(target_arch = "aarch64")]
 mod neon;
@@ -72,10 +68,6 @@ mod pair;
 mod scalar;
 pub mod uniform;
 
-#[cfg(target_arch = "x86_64")]
-pub use avx2::Avx2;
-#[cfg(target_arch = "x86_64")]
-pub use avx512::Avx512;
 pub use checked::Checked;
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;

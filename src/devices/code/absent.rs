@@ -51,6 +51,10 @@ pub(crate) fn checked(kernel: &'static Kernel) -> Result<Code, Error> {
 }
 
 impl Code {
+    pub(crate) fn name(self) -> &'static str {
+        match self {}
+    }
+
     pub(crate) fn lanes(self) -> u32 {
         match self {}
     }

@@ -70,6 +70,11 @@ pub(crate) fn checked(kernel: &'static Kernel) -> Result<Code, Error> {
 }
 
 impl Code {
+    #[expect(clippy::unused_self, reason = "as that of code compiled at run time")]
+    pub(crate) fn name(&self) -> &'static str {
+        NAME
+    }
+
     /// Number of lanes that a call runs.
     #[expect(clippy::unused_self, reason = "as that of code compiled at run time")]
     pub(crate) fn lanes(&self) -> u32 {

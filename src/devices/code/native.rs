@@ -286,6 +286,10 @@ impl Code {
         }
     }
 
+    pub(crate) fn name(&self) -> &'static str {
+        self.kind.name
+    }
+
     pub(crate) fn lanes(&self) -> u32 {
         self.native.lanes()
     }

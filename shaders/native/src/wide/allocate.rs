@@ -172,7 +172,12 @@ impl Function {
                 operands.push(Operand::reg_temp(scratch(RegClass::Int)));
             }
             Op::Scatter(_) if vectors == Vectors::Avx2 => {
-                operands.extend([Operand::reg_use(arg(0)), on_stack(1), on_stack(2), Operand::reg_use(arg(3))]);
+                operands.extend([
+                    Operand::reg_use(arg(0)),
+                    on_stack(1),
+                    on_stack(2),
+                    Operand::reg_use(arg(3)),
+                ]);
                 operands.extend([(); 3].map(|()| Operand::reg_temp(scratch(RegClass::Int))));
             }
             Op::Scatter(_) => {

@@ -354,7 +354,9 @@ impl Graph {
     pub(super) fn resolve_passed(&mut self) {
         for block in 0..self.blocks.len() {
             let mut passed = std::mem::take(&mut self.blocks[block].passed);
-            passed.iter_mut().for_each(|value| *value = self.resolved(*value));
+            for value in &mut passed {
+                *value = self.resolved(*value);
+            }
             self.blocks[block].passed = passed;
         }
     }

@@ -20,15 +20,17 @@ impl Dominators {
         let places = graph.places();
         for &block in &graph.order[1..] {
             let earlier = graph.blocks[block].before.iter().copied();
-            let common = earlier.filter(|before| places[*before] < places[block]).reduce(|mut a, mut b| {
-                while a != b {
-                    if depths[a] < depths[b] {
-                        (a, b) = (b, a);
+            let common = earlier
+                .filter(|before| places[*before] < places[block])
+                .reduce(|mut a, mut b| {
+                    while a != b {
+                        if depths[a] < depths[b] {
+                            (a, b) = (b, a);
+                        }
+                        a = nearest[a];
                     }
-                    a = nearest[a];
-                }
-                a
-            });
+                    a
+                });
             nearest[block] = common.expect("a block is reached first from an earlier one");
             depths[block] = depths[nearest[block]] + 1;
         }
@@ -88,16 +90,13 @@ impl Graph {
                     _ => value,
                 });
                 let places = known.entry((inst.op, args)).or_default();
-                match places.iter().find(|(other, _)| dominators.dominates(*other, block)) {
-                    Some((_, same)) => {
-                        self.set_same(out, *same);
-                        false
-                    }
-                    None => {
-                        places.push((block, out));
-                        true
-                    }
+                let same = places.iter().find(|(other, _)| dominators.dominates(*other, block));
+                if let Some((_, same)) = same {
+                    self.set_same(out, *same);
+                    return false;
                 }
+                places.push((block, out));
+                true
             });
             self.blocks[block].insts = insts;
         }
@@ -110,8 +109,10 @@ impl Graph {
         // Inner loops first.
         for number in (0..self.order.len()).rev() {
             let head = self.order[number];
-            let (entries, latches): (Vec<_>, Vec<_>) =
-                self.blocks[head].before.iter().partition(|before| places[**before] < number);
+            let (entries, latches): (Vec<_>, Vec<_>) = self.blocks[head]
+                .before
+                .iter()
+                .partition(|before| places[**before] < number);
             let ([entry], false) = (&entries[..], latches.is_empty()) else {
                 continue;
             };
@@ -179,13 +180,13 @@ impl Graph {
         let mut is_usual = vec![false; self.producers.len()];
         let mut rare: HashMap<Value, Vec<BlockId>> = HashMap::new();
         let mut need = |value: Value, block: BlockId, graph: &Self, is_usual: &mut Vec<bool>| {
-            if !graph.blocks[block].is_rare {
-                is_usual[value.at()] = true;
-            } else {
+            if graph.blocks[block].is_rare {
                 let blocks = rare.entry(value).or_default();
                 if !blocks.contains(&block) {
                     blocks.push(block);
                 }
+            } else {
+                is_usual[value.at()] = true;
             }
         };
         for &block in &self.order {

@@ -527,7 +527,9 @@ fn nothing_is_fused_or_approximate_and_nothing_is_called() {
     for entry in catalogue::CATALOGUE {
         let trees = trees(&catalogue::parts(&kernels, entry)).expect("it is exact");
         let both = [Vectors::Avx2, Vectors::Avx512];
-        let all = both.into_iter().flat_map(|vectors| vectors.numbers().iter().map(move |lanes| (vectors, *lanes)));
+        let all = both
+            .into_iter()
+            .flat_map(|vectors| vectors.numbers().iter().map(move |lanes| (vectors, *lanes)));
         for (vectors, lanes) in all {
             let code = vectors.compile(&trees, lanes, false).expect("it compiles");
             let end = code.windows(4).position(|bytes| bytes == LAST).expect("it returns");
@@ -541,7 +543,11 @@ fn nothing_is_fused_or_approximate_and_nothing_is_called() {
                     .iter()
                     .any(|part| name.contains(part));
                 let leaves = ["call", "syscall", "int", "(bad)"].contains(&name);
-                assert!(!is_fused && !is_approximate && !leaves, "{}: {text} ({vectors:?})", entry.name);
+                assert!(
+                    !is_fused && !is_approximate && !leaves,
+                    "{}: {text} ({vectors:?})",
+                    entry.name
+                );
             }
         }
     }

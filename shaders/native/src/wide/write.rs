@@ -401,14 +401,12 @@ impl Writer<'_> {
             Op::TwoUnder(op) => {
                 let from = self.place(inst, folded, at.get(3));
                 let mask = register(at[at.len() - 1]);
-                self.bytes
-                    .vector_under(op, reg(0), reg(2), from, Under::lanes_of(mask));
+                self.bytes.vector_under(op, reg(0), reg(2), from, Under::lanes_of(mask));
             }
             Op::TestUnder(op) => {
                 let from = self.place(inst, folded, at.get(2));
                 let mask = register(at[at.len() - 1]);
-                self.bytes
-                    .vector_under(op, reg(0), reg(1), from, Under::lanes_of(mask));
+                self.bytes.vector_under(op, reg(0), reg(1), from, Under::lanes_of(mask));
             }
             Op::Blend => {
                 let (mask, rejected) = (reg(1), register(at[at.len() - 1]));
