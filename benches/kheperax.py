@@ -5,7 +5,7 @@
 
 ONEIRO is the program, KHEPERAX a checkout of github.com/adaptive-intelligent-robotics/Kheperax. It needs Python's packages
 jax[cpu], flax, chex and numpy. Of QDax, which Kheperax names for types only, stand-ins are enough. Speeds are by processor time, which
-other programs on the machine hardly change. What `oneiro device compile` has compiled is used; run-time code stands beside it.
+other programs on the machine hardly change. Code by Cranelift stands beside the widest.
 """
 
 import json
