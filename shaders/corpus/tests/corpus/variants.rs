@@ -22,7 +22,9 @@ fn every_variant_does_what_the_program_means() {
         }
     }
     eprintln!("{} kernels on {}", CASES.len(), run.join(", "));
-    assert!(run.len() > 1, "only {run:?} ran");
+    // Machine code made at run time, with the vectors of x86, has tests in its own package.
+    let expected = if cfg!(target_arch = "aarch64") { 2 } else { 1 };
+    assert_eq!(run.len(), expected, "{run:?}");
     assert!(
         !cfg!(target_arch = "aarch64") || run.contains(&"neonx16"),
         "NEON did not run"
