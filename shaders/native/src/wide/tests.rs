@@ -314,6 +314,15 @@ fn masked(both: &mut Both, random: &mut Random) {
     both.add(format!("vmovups zmm{a}{{k{mask}}}{z},zmm{b}"), |bytes| {
         bytes.vector_under(x86::VMOVUPS, a, 0, Place::In(b), Under { mask, zeroes });
     });
+    let c = random.register(kind, b'v');
+    both.add(format!("vaddps zmm{a}{{k{mask}}},zmm{b},zmm{c}"), |bytes| {
+        bytes.vector_under(x86::VADDPS, a, b, Place::In(c), Under::lanes_of(mask));
+    });
+    let to = random.register(kind, b'k');
+    both.add(format!("vcmplt_oqps k{to}{{k{mask}}},zmm{b},zmm{c}"), |bytes| {
+        let test = x86::VCMPPS.with(17);
+        bytes.vector_under(test, to, b, Place::In(c), Under::lanes_of(mask));
+    });
     let (base, distance) = (random.general(), random.distance());
     let place = format!("[{}{}]", long(base), signed(distance));
     both.add(format!("vmovups ZMMWORD PTR {place}{{k{mask}}},zmm{a}"), |bytes| {
@@ -435,6 +444,7 @@ fn integers(both: &mut Both, random: &mut Random) {
     both.add(format!("push {}", long(a)), |bytes| bytes.push(a));
     both.add(format!("pop {}", long(a)), |bytes| bytes.pop(a));
     both.add(format!("test DWORD PTR {place},eax"), |bytes| bytes.touch(memory));
+    both.add(format!("sub QWORD PTR {place},0x1"), |bytes| bytes.take_one_off(memory));
 }
 
 fn masks(both: &mut Both, random: &mut Random) {

@@ -138,6 +138,27 @@ fn stores_keep_to_their_masks() {
     }
 }
 
+/// Words that are stored where they say themselves, so that one vector is both, in all lanes and in some.
+#[test]
+fn a_word_is_stored_at_its_own_index() {
+    let text = "@compute @workgroup_size(64)
+        fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+            let at = workgroup.x * 64u + ((lane * 7u) & 63u);
+            if (lane % 2u == 0u) {
+                results[at] = at;
+            }
+            let other = at ^ 1u;
+            results[other] = other;
+        }";
+    let trees = program(text).expect("it is exact");
+    let buffers = generate::buffers(0, EXTENT.workgroups.end);
+    let expected = meaning(&trees, buffers.clone(), &EXTENT).expect("it ends");
+    for native in natives(&trees) {
+        let found = run(&native, buffers.clone(), &EXTENT, TURNS);
+        assert!(found == Ok(expected.clone()), "{native:?}");
+    }
+}
+
 /// Lanes whose consecutive words lie beyond a buffer's end read and write its last one, if they are active.
 #[test]
 fn consecutive_words_end_with_the_buffer() {
