@@ -891,12 +891,6 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
 
     fn scatter(&mut self, pointers: &Pointers, offset: u32, words: Value) {
         let mask = pointers.mask.unwrap_or_else(|| self.mask(Op::Lanes(true), &[]));
-        // The allocator has no two places in memory for one value.
-        let words = if Self::HAS_MASKS {
-            words
-        } else {
-            self.vector(Op::One(x86::VMOVAPS), &[words])
-        };
         let op = Op::Scatter(displacement(offset));
         self.graph.act(op, &[pointers.start, pointers.indices, words, mask]);
     }

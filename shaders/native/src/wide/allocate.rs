@@ -172,6 +172,7 @@ impl Function {
                 operands.push(Operand::reg_temp(scratch(RegClass::Int)));
             }
             Op::Scatter(_) if vectors == Vectors::Avx2 => {
+                // The allocator has no two such places for one value; words are never the indices, which the buffer's end has clamped.
                 operands.extend([
                     Operand::reg_use(arg(0)),
                     on_stack(1),

@@ -138,7 +138,7 @@ fn stores_keep_to_their_masks() {
     }
 }
 
-/// Words that are stored where they say themselves, so that one vector is both, in all lanes and in some.
+/// Words that are stored where they say themselves, in all lanes and in some.
 #[test]
 fn a_word_is_stored_at_its_own_index() {
     let text = "@compute @workgroup_size(64)
