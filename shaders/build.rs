@@ -10,7 +10,7 @@ use oneiro_shader_compiler::{Compiled, Constant, Indices, compile};
 
 #[path = "catalogue.rs"]
 mod catalogue;
-use catalogue::{CATALOGUE, Entry, parts};
+use catalogue::{CATALOGUE, parts};
 
 fn main() {
     let wgsl = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("wgsl");
@@ -33,7 +33,7 @@ fn main() {
                 if !has("WGSL") {
                     kernel.wgsl.clear();
                 }
-                let items = instances::write(&out, "crate", entry.name, &kernel, &targets(entry));
+                let items = instances::write(&out, "crate", entry.name, &kernel, &targets());
                 text.push_str(&items.expect("OUT_DIR is writable"));
                 match modules.iter().find(|(name, _)| *name == entry.module) {
                     Some((_, others)) => assert_eq!(
@@ -97,18 +97,8 @@ fn has(feature: &str) -> bool {
     env::var_os(format!("CARGO_FEATURE_{feature}")).is_some()
 }
 
-/// The targets of an entry: with all their shapes, or only their narrowest.
-fn targets(entry: &Entry) -> Vec<Target> {
-    let narrowest = |target: &Target| Target {
-        shapes: &target.shapes[target.shapes.len() - 1..],
-        ..*target
-    };
-    let all = TARGETS
-        .iter()
-        .filter(|target| target.name != "checked" || has("CHECKED"));
-    if entry.wide {
-        all.copied().collect()
-    } else {
-        all.map(narrowest).collect()
-    }
+/// What lane code is compiled for.
+fn targets() -> Vec<Target> {
+    let is_wanted = |target: &&Target| target.name != "checked" || has("CHECKED");
+    TARGETS.iter().filter(is_wanted).copied().collect()
 }

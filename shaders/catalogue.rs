@@ -5,25 +5,22 @@ use std::path::Path;
 
 use oneiro_shader_compiler::Part;
 
-/// A kernel: its constant's name, the module of its host structs, its parts, and whether its lane code is compiled for
-/// several vectors at a time too. That pays where an episode is small enough for the registers; elsewhere it gains a few
-/// percent or loses, and takes longest to compile (`docs/measurements.md`).
+/// A kernel: its constant's name, the module of its host structs, and its parts.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
     pub(crate) module: &'static str,
     pub(crate) parts: &'static [&'static str],
-    pub(crate) wide: bool,
 }
 
 /// An episode: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! episode {
     ($name:literal, sampled, $controller:tt) => {
-        episode!($name, "episode", true, $controller, "robot/differential", "sensor/sampled", "lib/walk", "physics/sliding", "physics/sampled")
+        episode!($name, "episode", $controller, "robot/differential", "sensor/sampled", "lib/walk", "physics/sliding", "physics/sampled")
     };
     ($name:literal, surrogate, $controller:tt) => {
-        episode!($name, "surrogate", false, $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
+        episode!($name, "surrogate", $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
     };
-    ($name:literal, $module:literal, $wide:literal, [$($controller:literal),+], $($physics:literal),+) => {
+    ($name:literal, $module:literal, [$($controller:literal),+], $($physics:literal),+) => {
         Entry {
             name: $name,
             module: $module,
@@ -45,7 +42,6 @@ macro_rules! episode {
                 $($physics,)+
                 "episode",
             ],
-            wide: $wide,
         }
     };
 }
@@ -90,7 +86,6 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "physics/foraging",
             "episode",
         ],
-        wide: false,
     },
     Entry {
         name: "swarm",
@@ -111,7 +106,6 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "physics/arena",
             "swarm",
         ],
-        wide: false,
     },
     Entry {
         name: "acting",
@@ -130,19 +124,16 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "physics/acting",
             "episode",
         ],
-        wide: false,
     },
     Entry {
         name: "probe_numerics",
         module: "probe_numerics",
         parts: &["lib/numerics", "lib/random", "probe/buffers", "probe/numerics"],
-        wide: true,
     },
     Entry {
         name: "probe_operations",
         module: "probe_operations",
         parts: &["probe/buffers", "probe/operations"],
-        wide: true,
     },
 ];
 

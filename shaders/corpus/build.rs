@@ -46,7 +46,6 @@ fn main() {
     let mut found = 0;
     while found < RANDOM {
         seed += 1;
-        corpus.targets = targets_of_random();
         // Some are refused, run too long, or return at once.
         if corpus
             .case(&format!("random_{seed}"), &generate::kernel(seed, 40), seed)
@@ -55,7 +54,6 @@ fn main() {
             found += 1;
         }
     }
-    corpus.targets = targets();
     let controls = corpus.controls(&read(&wgsl, "folding"));
     let text = format!(
         "use oneiro_shaders::kernel::{{Binding, BindingKind, Kernel}};\n{items}\n\
@@ -77,15 +75,6 @@ fn read(wgsl: &Path, name: &str) -> String {
 fn targets() -> Vec<Target> {
     let unchecked = |target: &&Target| target.name != "checked";
     instances::TARGETS.iter().filter(unchecked).copied().collect()
-}
-
-/// Compiling takes long: each random kernel has one number of lanes of each instruction set.
-fn targets_of_random() -> Vec<Target> {
-    let mut targets = targets();
-    for target in &mut targets {
-        target.shapes = &target.shapes[target.shapes.len() - 1..];
-    }
-    targets
 }
 
 struct Corpus {

@@ -137,7 +137,7 @@ struct Counts {
     interpreted: usize,
 }
 
-/// Lives by code compiled at run time for any processor are those of the code for this one, of code compiled ahead, of lavapipe, and
+/// Episodes by code compiled at run time for any processor are those of the code for this one, of code compiled ahead, of lavapipe, and
 /// of the interpreter; and they are those that are pinned. Genes that are off by a two-thousandth or less are noticed.
 #[test]
 fn the_same_bits_on_every_device() {

@@ -7,43 +7,42 @@ use std::{fs, io};
 
 use crate::{Binding, Bound, Compiled};
 
-/// An instruction set, and the numbers of lanes for which code is compiled.
+/// An instruction set, and the number of lanes for which code is compiled.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// `cfg` of the architecture.
     pub arch: &'static str,
-    /// First part of its variants' names.
+    /// First part of its variant's name.
     pub name: &'static str,
     /// Features that the processor must have.
     pub features: &'static [&'static str],
-    /// Vectors side by side, and lanes per vector, of each variant.
-    pub shapes: &'static [(u32, u32)],
+    /// Vectors side by side, and lanes per vector.
+    pub shape: (u32, u32),
     /// Type of one vector, in `oneiro_shaders::lanes`.
     pub vector: &'static str,
 }
 
-/// Instruction sets. On x86, code with vectors is compiled at run time. The numbers of lanes are the fastest that were measured: see
-/// `docs/measurements.md`.
+/// Instruction sets. On x86, code with vectors is compiled at run time.
 pub const TARGETS: &[Target] = &[
     Target {
         arch: "target_arch = \"aarch64\"",
         name: "neon",
         features: &["neon"],
-        shapes: &[(4, 4)],
+        shape: (4, 4),
         vector: "Neon",
     },
     Target {
         arch: "all()",
         name: "scalar",
         features: &[],
-        shapes: &[(1, 1)],
+        shape: (1, 1),
         vector: "Scalar",
     },
     Target {
         arch: "all()",
         name: "checked",
         features: &[],
-        shapes: &[(1, 1)],
+        shape: (1, 1),
         vector: "Checked",
     },
 ];
@@ -93,49 +92,39 @@ fn turns(bound: &Bound) -> String {
 
 /// Writes a kernel's lane function and its instances as Rust items. `VARIANTS` lists the instances, and tests at run time
 /// whether the processor has the features that they need.
-pub fn lanes(library: &str, name: &str, function: &str, targets: &[Target]) -> String {
+fn lanes(library: &str, name: &str, function: &str, targets: &[Target]) -> String {
     let mut text = format!("use {library}::kernel::{{Variant, Words}};\nuse {library}::lanes::*;\n");
     text.push_str(function);
     let mut list = String::new();
     for target in targets {
-        for (count, width) in target.shapes {
-            let lanes = count * width;
-            let instance = format!("{name}_{}x{lanes}", target.name);
-            let pairs = count.ilog2() as usize;
-            let ty = format!("{}{}{}", "Pair<".repeat(pairs), target.vector, ">".repeat(pairs));
-            let enable = if target.features.is_empty() {
-                String::new()
-            } else {
-                format!("#[target_feature(enable = \"{}\")]\n", target.features.join(","))
-            };
-            let detect = if target.name == "neon" {
-                "is_aarch64_feature_detected"
-            } else {
-                "is_x86_feature_detected"
-            };
-            let tests: Vec<_> = target
-                .features
-                .iter()
-                .map(|feature| format!("std::arch::{detect}!(\"{feature}\")"))
-                .collect();
-            let available = if tests.is_empty() {
-                "true".to_owned()
-            } else {
-                tests.join(" && ")
-            };
-            let _ = writeln!(
-                text,
-                "#[cfg({arch_cfg})]\n{enable}unsafe fn {instance}(b: &[Words], w: u32, l: u32) {{\n\
-                 align_frame::<{vector}>();\n{name}::<{ty}>(b, w, l)\n}}",
-                arch_cfg = target.arch,
-                vector = target.vector,
-            );
-            let _ = writeln!(
-                list,
-                "#[cfg({})] Variant {{ name: \"{}x{lanes}\", lanes: {lanes}, available: || {available}, run: {instance} }},",
-                target.arch, target.name,
-            );
-        }
+        let (count, width) = target.shape;
+        let lanes = count * width;
+        let instance = format!("{name}_{}x{lanes}", target.name);
+        let pairs = count.ilog2() as usize;
+        let ty = format!("{}{}{}", "Pair<".repeat(pairs), target.vector, ">".repeat(pairs));
+        let enable = if target.features.is_empty() {
+            String::new()
+        } else {
+            format!("#[target_feature(enable = \"{}\")]\n", target.features.join(","))
+        };
+        let test = |feature: &&str| format!("std::arch::is_aarch64_feature_detected!(\"{feature}\")");
+        let available = if target.features.is_empty() {
+            "true".to_owned()
+        } else {
+            target.features.iter().map(test).collect::<Vec<_>>().join(" && ")
+        };
+        let _ = writeln!(
+            text,
+            "#[cfg({arch_cfg})]\n{enable}unsafe fn {instance}(b: &[Words], w: u32, l: u32) {{\n\
+             align_frame::<{vector}>();\n{name}::<{ty}>(b, w, l)\n}}",
+            arch_cfg = target.arch,
+            vector = target.vector,
+        );
+        let _ = writeln!(
+            list,
+            "#[cfg({})] Variant {{ name: \"{}x{lanes}\", lanes: {lanes}, available: || {available}, run: {instance} }},",
+            target.arch, target.name,
+        );
     }
     let _ = writeln!(text, "pub(crate) static VARIANTS: &[Variant] = &[\n{list}];");
     text

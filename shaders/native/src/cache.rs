@@ -7,7 +7,6 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
 use std::{env, process};
 
 use crate::{Code, Target};
@@ -118,12 +117,16 @@ impl Cache {
         saved.and_then(|()| self.evict())
     }
 
-    /// Creates the directory, unless it is there.
+    /// Creates the directory, which only its user can read and write, unless it is there.
     ///
     /// # Errors
     /// Errors of the file system, and a directory that another user can write to.
     fn create(&self) -> Result<(), io::Error> {
-        create(&self.folder)?;
+        let mut builder = fs::DirBuilder::new();
+        builder.recursive(true);
+        #[cfg(unix)]
+        std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+        builder.create(&self.folder)?;
         if !is_private(&fs::metadata(&self.folder)?) {
             let problem = format!(
                 "{} belongs to another user, or others can write to it",
@@ -147,8 +150,8 @@ impl Cache {
         Ok(code)
     }
 
-    /// Deletes the oldest entries until the others fit, and what compilers have left behind that were killed.
-    pub(crate) fn evict(&self) -> Result<(), io::Error> {
+    /// Deletes the oldest entries until the others fit.
+    fn evict(&self) -> Result<(), io::Error> {
         let mut entries = Vec::new();
         for entry in fs::read_dir(&self.folder)? {
             let entry = entry?;
@@ -156,12 +159,7 @@ impl Cache {
             if is_entry(&entry.file_name())
                 && let Ok(metadata) = entry.metadata()
             {
-                let modified = metadata.modified()?;
-                if !metadata.is_dir() {
-                    entries.push((modified, metadata.len(), entry.path()));
-                } else if modified.elapsed().is_ok_and(|age| age > ABANDONED) {
-                    let _ = fs::remove_dir_all(entry.path());
-                }
+                entries.push((metadata.modified()?, metadata.len(), entry.path()));
             }
         }
         entries.sort();
@@ -177,22 +175,10 @@ impl Cache {
     }
 }
 
-/// Age of a folder of sources that no compiler works in any more.
-const ABANDONED: Duration = Duration::from_hours(1);
-
 /// Returns whether a file's name begins with a key, as those of entries and of unfinished ones do.
 fn is_entry(name: &OsStr) -> bool {
     let digits = name.as_encoded_bytes().get(..2 * blake3::OUT_LEN);
     digits.is_some_and(|digits| digits.iter().all(u8::is_ascii_hexdigit))
-}
-
-/// Creates a directory that only its user can read and write.
-fn create(folder: &Path) -> Result<(), io::Error> {
-    let mut builder = fs::DirBuilder::new();
-    builder.recursive(true);
-    #[cfg(unix)]
-    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.create(folder)
 }
 
 /// The name that a file has until it is complete, which no other program or thread uses.
@@ -203,7 +189,7 @@ fn unfinished(path: &Path) -> PathBuf {
 }
 
 /// Writes a new file that only its user can read and write.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), io::Error> {
+fn write(path: &Path, bytes: &[u8]) -> Result<(), io::Error> {
     let mut options = File::options();
     options.write(true).create_new(true);
     #[cfg(unix)]

@@ -1,5 +1,5 @@
 //! Compiles kernels to machine code at run time, without a compiler on the machine: `emit` turns the shader compiler's tree
-//! into instructions, by a code generator of its own for AVX2 and AVX-512, or through Cranelift.
+//! into instructions: by this crate's code generator for AVX2 and AVX-512 (`wide`), or through Cranelift.
 //!
 //! ```
 //! use oneiro_shader_compiler::{Part, trees};

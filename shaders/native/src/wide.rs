@@ -29,7 +29,7 @@ use crate::{Error, Words};
 
 /// Bytes per word.
 const WORD: u32 = 4;
-/// Bytes of the longest vector.
+/// Bytes of the longest vector, to which the stack's data is aligned.
 const LONGEST: u32 = 64;
 /// The array that holds how many turns are left for loops.
 const TURNS: u32 = 0;
@@ -208,7 +208,7 @@ fn commutes(op: Binary, ty: Ty) -> bool {
 }
 
 impl<const LANES: u32> Wide<LANES> {
-    /// Whether masks have registers of their own, of a bit for each lane.
+    /// Whether there are registers for masks, with a bit for each lane.
     const HAS_MASKS: bool = LANES == 16;
     const VECTORS: Vectors = if Self::HAS_MASKS {
         Vectors::Avx512
@@ -489,21 +489,9 @@ impl<const LANES: u32> Wide<LANES> {
                 let half = if upper { self.vector(Op::Upper, &[all]) } else { all };
                 self.doubles(half)
             });
-            let quotient = self.vector(Op::Two(x86::VDIVPD), &[a, b]);
-            halves.push(self.vector(
-                if Self::HAS_MASKS {
-                    Op::One(x86::VCVTTPD2UDQ)
-                } else {
-                    Op::One(x86::VROUNDPD.with(TO_ZERO))
-                },
-                &[quotient],
-            ));
+            halves.push(self.vector(Op::Two(x86::VDIVPD), &[a, b]));
         }
-        let quotients = if Self::HAS_MASKS {
-            self.vector(Op::Two(x86::VINSERTI64X4.with(1)), &[halves[0], halves[1]])
-        } else {
-            self.joined(&halves)
-        };
+        let quotients = self.truncated(&halves);
         if op == Binary::Divide {
             return quotients;
         }
@@ -523,10 +511,17 @@ impl<const LANES: u32> Wide<LANES> {
         self.vector(Op::Two(x86::VSUBPD), &[sum, bits])
     }
 
-    /// A vector of unsigned integers from two halves of them, as floats of 64 bits.
-    fn joined(&mut self, halves: &[Value]) -> Value {
+    /// A vector of unsigned integers from floats of 64 bits for each half, truncated.
+    fn truncated(&mut self, halves: &[Value]) -> Value {
+        if Self::HAS_MASKS {
+            let [lower, upper] = [0, 1].map(|at| self.vector(Op::One(x86::VCVTTPD2UDQ), &[halves[at]]));
+            return self.vector(Op::Two(x86::VINSERTI64X4.with(1)), &[lower, upper]);
+        }
         let big = self.vector(Op::Double(BIG.to_bits()), &[]);
-        let [lower, upper] = [0, 1].map(|at| self.vector(Op::Two(x86::VADDPD), &[halves[at], big]));
+        let [lower, upper] = [0, 1].map(|at| {
+            let whole = self.vector(Op::One(x86::VROUNDPD.with(TO_ZERO)), &[halves[at]]);
+            self.vector(Op::Two(x86::VADDPD), &[whole, big])
+        });
         // The lower words of each, which are then in the order of quarters 0, 2, 1, 3.
         let mixed = self.vector(Op::Two(x86::VSHUFPS.with(0b10_00_10_00)), &[lower, upper]);
         self.vector(Op::One(x86::VPERMQ.with(0b11_01_10_00)), &[mixed])
@@ -877,7 +872,7 @@ impl<const LANES: u32> Assembler for Wide<LANES> {
             let op = Op::Rows(first, displacement(offset));
             self.vector(op, &[pointers.start, pointers.indices])
         });
-        // First and second words of two lanes beside each other, and third and fourth ones; then those of four lanes.
+        // The first and second words of two lanes next to each other, and the third and fourth; then those of four lanes.
         let mut mix = |op, a, b| self.vector(Op::Two(op), &[a, b]);
         let [low_01, low_23] = [0, 2].map(|at| mix(x86::VUNPCKLPS, rows[at], rows[at + 1]));
         let [high_01, high_23] = [0, 2].map(|at| mix(x86::VUNPCKHPS, rows[at], rows[at + 1]));

@@ -251,7 +251,7 @@ fn refused(kernel: &Kernel, problem: &str) -> Error {
 ///
 /// # Errors
 /// [`Error::NoDevice`] if its text is refused.
-pub(crate) fn trees_of(kernel: &Kernel) -> Result<Trees, Error> {
+fn trees_of(kernel: &Kernel) -> Result<Trees, Error> {
     let part = Part {
         path: format!("{}.wgsl", kernel.name),
         text: kernel.wgsl.into(),
@@ -259,8 +259,8 @@ pub(crate) fn trees_of(kernel: &Kernel) -> Result<Trees, Error> {
     trees(&[part]).map_err(|refusals| refused(kernel, &refusals[0].to_string()))
 }
 
-/// The buffers in the layout that code compiled outside of this program expects.
-pub(super) fn words(buffers: &[Words]) -> Vec<native::Words> {
+/// The buffers in the layout that the code expects.
+fn words(buffers: &[Words]) -> Vec<native::Words> {
     let words = |buffer: &Words| native::Words {
         start: buffer.start,
         len: buffer.len,

@@ -2,6 +2,7 @@
 
 use regalloc2::{Allocation, AllocationKind, Block, Edit, InstOrEdit, Output, PReg, RegClass};
 
+use super::LONGEST;
 use super::allocate::Function;
 use super::encode::{
     Bytes, Condition, Constant, Label, Memory, Place, RAX, RBP, RBX, RDX, RSP, Register, Under, Vectors,
@@ -12,8 +13,6 @@ use crate::{Error, FRAME};
 
 /// Registers whose values belong to the caller, besides that of the frame.
 const SAVED: [Register; 5] = [RBX, 12, 13, 14, 15];
-/// Bytes of the longest vector, to which the stack's data is aligned.
-const VECTOR: u64 = 64;
 /// Bytes of the smallest page.
 const PAGE: u64 = 4096;
 /// Everything, in a vector's bitwise function of three operands.
@@ -37,8 +36,8 @@ struct Writer<'a> {
 /// # Errors
 /// [`Error::TooLarge`] if its data takes too much of the stack.
 pub(super) fn write(graph: &Graph, function: &Function, output: &Output, arrays: &[u32]) -> Result<Vec<u8>, Error> {
-    let spilled = (output.num_spillslots as u64 * 8).next_multiple_of(VECTOR);
-    let frame = spilled + u64::from(*arrays.last().expect("it has an end")).next_multiple_of(VECTOR);
+    let spilled = (output.num_spillslots as u64 * 8).next_multiple_of(u64::from(LONGEST));
+    let frame = spilled + u64::from(*arrays.last().expect("it has an end")).next_multiple_of(u64::from(LONGEST));
     if frame > FRAME {
         return Err(Error::TooLarge);
     }
@@ -115,7 +114,7 @@ impl Writer<'_> {
         self.bytes
             .arithmetic_with_number(true, Arithmetic::Subtract, RSP, frame as u32);
         self.bytes
-            .arithmetic_with_number(true, Arithmetic::And, RSP, (VECTOR as u32).wrapping_neg());
+            .arithmetic_with_number(true, Arithmetic::And, RSP, LONGEST.wrapping_neg());
     }
 
     fn end(&mut self) {

@@ -147,27 +147,6 @@ fn the_oldest_entries_are_deleted() {
     assert!(other.exists());
 }
 
-/// A compiler that was killed leaves its folder behind, which goes when it is old.
-#[cfg(unix)]
-#[test]
-fn abandoned_folders_are_deleted() {
-    let folder = folder("abandoned");
-    let cache = Cache::new(&folder);
-    cache.save(&key(0), &compiled(0)).expect("the folder can be written");
-    let entry = entries(&folder).remove(0);
-    let [old, new] = ["1.0.crate", "2.0.crate"].map(|extension| {
-        let path = entry.with_extension(extension);
-        fs::create_dir_all(path.join("lanes")).expect("the folder can be written");
-        path
-    });
-    let at = SystemTime::now() - Duration::from_hours(2);
-    let opened = File::open(&old).expect("it is there");
-    opened.set_modified(at).expect("it is the user's");
-    cache.save(&key(1), &compiled(1)).expect("the folder can be written");
-    assert!(!old.exists() && new.exists());
-    assert!(cache.load(&key(0)).is_some() && cache.load(&key(1)).is_some());
-}
-
 /// Neither a directory nor an entry that others can write to, or that belongs to someone else, is read or written.
 #[cfg(unix)]
 #[test]

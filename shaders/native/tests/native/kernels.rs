@@ -112,6 +112,17 @@ fn the_kernels_that_ship_compile() {
     }
 }
 
+/// Compares all machine code of a program with the interpreter.
+fn does_what_it_means(text: &str) {
+    let trees = program(text).expect("it is exact");
+    let buffers = generate::buffers(0, EXTENT.workgroups.end);
+    let expected = meaning(&trees, buffers.clone(), &EXTENT).expect("it ends");
+    for native in natives(&trees) {
+        let found = run(&native, buffers.clone(), &EXTENT, TURNS);
+        assert!(found == Ok(expected.clone()), "{native:?}");
+    }
+}
+
 /// Stores to the same element under different masks.
 #[test]
 fn stores_keep_to_their_masks() {
@@ -129,13 +140,7 @@ fn stores_keep_to_their_masks() {
             }
             notes[slot].third = 5i;
         }";
-    let trees = program(text).expect("it is exact");
-    let buffers = generate::buffers(0, EXTENT.workgroups.end);
-    let expected = meaning(&trees, buffers.clone(), &EXTENT).expect("it ends");
-    for native in natives(&trees) {
-        let found = run(&native, buffers.clone(), &EXTENT, TURNS);
-        assert!(found == Ok(expected.clone()), "{native:?}");
-    }
+    does_what_it_means(text);
 }
 
 /// Words that are stored where they say themselves, in all lanes and in some.
@@ -150,13 +155,7 @@ fn a_word_is_stored_at_its_own_index() {
             let other = at ^ 1u;
             results[other] = other;
         }";
-    let trees = program(text).expect("it is exact");
-    let buffers = generate::buffers(0, EXTENT.workgroups.end);
-    let expected = meaning(&trees, buffers.clone(), &EXTENT).expect("it ends");
-    for native in natives(&trees) {
-        let found = run(&native, buffers.clone(), &EXTENT, TURNS);
-        assert!(found == Ok(expected.clone()), "{native:?}");
-    }
+    does_what_it_means(text);
 }
 
 /// Lanes whose consecutive words lie beyond a buffer's end read and write its last one, if they are active.
