@@ -147,7 +147,7 @@ impl Trees {
         }
     }
 
-    /// Lane function in Rust, see [`instances::lanes`].
+    /// Lane function in Rust, for one [instance](instances).
     pub fn lanes(&self, name: &str) -> String {
         print::print(&self.tidied, &self.shapes, name, &self.strides)
     }
