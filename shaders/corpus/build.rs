@@ -9,7 +9,7 @@ use oneiro_shader_compiler::interpret::{Memory, run_invocation};
 use oneiro_shader_compiler::{Compiled, Indices, Part, compile, generate, spirv, trees};
 
 /// The hand-written kernels.
-const WRITTEN: [&str; 9] = [
+const WRITTEN: [&str; 11] = [
     "nested",
     "returns",
     "continuing",
@@ -19,6 +19,8 @@ const WRITTEN: [&str; 9] = [
     "indices",
     "logic",
     "folding",
+    "ordinary",
+    "chosen",
 ];
 /// How many random kernels there are.
 const RANDOM: usize = 24;

@@ -46,6 +46,7 @@ parts![
     "lib/members.wgsl",
     "lib/motion.wgsl",
     "lib/numerics.wgsl",
+    "lib/ordinary.wgsl",
     "lib/random.wgsl",
     "lib/episode.wgsl",
     "lib/swarm.wgsl",

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::exact::{CALLS, CONSTRUCTORS, is_built_in, is_call};
+use crate::ordinary;
 use crate::source::{Part, Place, Source};
 use crate::words::{blank_comments, words};
 
@@ -208,6 +209,11 @@ pub fn names(part: &Part) -> BTreeSet<String> {
 /// Functions and types that WGSL has and a part may use.
 pub fn built_in() -> impl Iterator<Item = &'static str> {
     CALLS.into_iter().chain(CONSTRUCTORS)
+}
+
+/// Functions that WGSL has and this compiler's library computes. A part may declare others with their names.
+pub fn ordinary() -> impl Iterator<Item = &'static str> {
+    ordinary::CALLS.into_iter()
 }
 
 /// The word at a place in a part.

@@ -1,6 +1,6 @@
-//! The exactness rules: a closed list of what comes out the same bits everywhere. Calls and float literals
-//! are checked in the source, since naga folds constants before its IR can be looked at; everything else on
-//! the IR, over every expression, used or not.
+//! The exactness rules: a closed list of what comes out the same bits everywhere. Calls are checked in the source, where
+//! messages can say what to write instead; everything is checked on the IR after [`ordinary`], over every expression, used or
+//! not.
 
 use std::collections::BTreeSet;
 
@@ -11,9 +11,10 @@ use naga::{
 };
 
 use crate::front::has_function;
+use crate::ordinary::{self, is_masked};
 use crate::rules::Rule;
 use crate::source::{Part, Place, Refusal, Refusals, Source};
-use crate::words::{blank_comments, is_hex, is_number, words};
+use crate::words::{blank_comments, is_number, words};
 
 /// Built-in functions that may be called.
 pub(crate) const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "max", "clamp"];
@@ -38,7 +39,7 @@ pub fn check_part(part: &Part) -> Refusals {
     refusals
 }
 
-/// Checks a kernel's text: only functions on the list are called, and float literals carry their `f`.
+/// Checks a kernel's text: only functions on the lists are called.
 pub(crate) fn check_source(source: &Source) -> Refusals {
     let text = blank_comments(&source.text);
     let bytes = text.as_bytes();
@@ -66,23 +67,12 @@ pub(crate) fn check_source(source: &Source) -> Refusals {
     for (at, word) in words(&text) {
         let attribute = at > 0 && bytes[at - 1] == b'@';
         if is_number(word) {
-            let has_exponent = word.contains(if is_hex(word) { ['p', 'P'] } else { ['e', 'E'] });
-            let float = word.contains('.') || has_exponent;
-            // Without an exponent, the `f` of a hexadecimal number is a digit.
-            let has_suffix = word.ends_with('f') && (has_exponent || !is_hex(word));
             if word.ends_with('h') {
                 let message = format!("the constant `{word}` has 16 bits; floats are f32");
                 refuse(at, Rule::SupportedTypes, message);
-            } else if float && !has_suffix {
-                let exponent = if is_hex(word) && !has_exponent { "p0" } else { "" };
-                let message = format!(
-                    "the float constant `{word}` has no suffix and would be folded in f64; write `{}{exponent}f`",
-                    word.trim_end_matches('F')
-                );
-                refuse(at, Rule::FloatSuffix, message);
             }
         } else if !attribute && is_call(&text[at + word.len()..]) {
-            if is_built_in(word) || declared.contains(word) {
+            if is_built_in(word) || ordinary::CALLS.contains(&word) || declared.contains(word) {
                 continue;
             }
             if !is_unsupported(word) && !has_function(word) {
@@ -92,7 +82,7 @@ pub(crate) fn check_source(source: &Source) -> Refusals {
             }
             let message = format!(
                 "`{word}` is not on the list of functions that are exact on every device: {}{}",
-                CALLS.join(", "),
+                [&CALLS[..], &ordinary::CALLS].concat().join(", "),
                 instead(word).map_or_else(String::new, |other| format!("; write {other}")),
             );
             let rule = if is_unsupported(word) {
@@ -118,34 +108,12 @@ pub(crate) fn is_built_in(word: &str) -> bool {
 /// `lib/numerics.wgsl`.
 fn instead(function: &str) -> Option<&'static str> {
     Some(match function {
-        "sqrt" => "`root(x)`",
-        "inverseSqrt" => "`reciprocal_root(x)`",
-        "exp" => "`exponential(x)`",
-        "exp2" => "`exponential(0.6931472f * x)`",
-        "pow" => "`x * x` for a square, and `exponential(logarithm(x) * y)` for other powers of an x above 0",
-        "log" | "log2" => "`logarithm(x)`",
-        "sin" => "`cosine_sine(turns).y`",
-        "cos" => "`cosine_sine(turns).x`",
-        "tan" => "`cosine_sine(turns).y * reciprocal(cosine_sine(turns).x)`",
-        "tanh" => "`hyperbolic_tangent(x)`",
-        "atan2" => "`direction(vec2<f32>(x, y))`, in turns",
-        "length" => "`root(squared_length(v))`",
-        "distance" => "`root(squared_length(vec2<f32>(a.x - b.x, a.y - b.y)))`",
-        "dot" => "`a.x * b.x + a.y * b.y`",
-        "cross" => "`a.x * b.y - a.y * b.x`, for vectors of two",
-        "normalize" => "`v * reciprocal_root(squared_length(v))`",
-        "step" => "`select(0.0f, 1.0f, x >= edge)`",
-        "mix" => "`a + share * (b - a)`",
-        "fma" => "`a * b + c`",
-        "saturate" => "`clamp(x, 0.0f, 1.0f)`",
-        "sign" => "`select(select(0.0f, 1.0f, x > 0.0f), -1.0f, x < 0.0f)`",
-        "round" => "`floor(x + 0.5f)`",
-        "ceil" => "`-floor(-x)`",
-        "fract" => "`x - floor(x)`",
-        "atan" => "`direction(vec2<f32>(1.0f, x))`, in turns",
-        "radians" => "`0.017453292f * x`; angles are in turns, of 360 degrees each",
-        "degrees" => "`57.29578f * x`; angles are in turns, of 360 degrees each",
-        "smoothstep" => "`t * t * (3.0f - 2.0f * t)`, with `let t = clamp((x - a) * reciprocal(b - a), 0.0f, 1.0f);`",
+        "sinh" => "`0.5 * (exp(x) - exp(-x))`",
+        "cosh" => "`0.5 * (exp(x) + exp(-x))`",
+        "asinh" => "`log(x + sqrt(x * x + 1.0))`",
+        "acosh" => "`log(x + sqrt(x * x - 1.0))`",
+        "atanh" => "`0.5 * log((1.0 + x) / (1.0 - x))`",
+        "refract" | "faceForward" => "its formula",
         _ => return None,
     })
 }
@@ -162,7 +130,7 @@ fn meant(function: &str) -> Option<&'static str> {
         "fabs" => "`abs(x)`",
         "fmin" => "`min(x, y)`",
         "fmax" => "`max(x, y)`",
-        "hypot" => "`root(x * x + y * y)`",
+        "hypot" => "`length(vec2<f32>(x, y))`",
         "rand" => "`random(episode, STREAM, step, n)`",
         _ => return None,
     })
@@ -247,7 +215,7 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     for (handle, expression) in module.global_expressions.iter() {
         let span = module.global_expressions.get_span(handle);
         if let Expression::Literal(literal) = expression
-            && let Some((rule, message)) = refused_literal(*literal, &text, span)
+            && let Some((rule, message)) = refused_literal(*literal)
         {
             refuse(span, rule, message);
         }
@@ -316,14 +284,9 @@ fn is_allowed(scalar: naga::Scalar) -> bool {
 /// The rule that something breaks, and the message.
 type Refused = (Rule, &'static str);
 
-/// The reason why a constant is refused: its value, or the way in which naga folded it.
-fn refused_literal(literal: Literal, text: &str, span: naga::Span) -> Option<Refused> {
-    let written = span.to_range().and_then(|range| text.get(range)).unwrap_or_default();
+/// The reason why a constant is refused.
+fn refused_literal(literal: Literal) -> Option<Refused> {
     match literal {
-        Literal::F32(_) if written.contains(['/', '%']) => {
-            let message = "a float constant is computed with `/` or `%`; write its value";
-            Some((Rule::NoDivision, message))
-        }
         Literal::F32(x) => refused_float(x),
         Literal::I32(_) | Literal::U32(_) | Literal::Bool(_) => None,
         _ => Some((Rule::SupportedTypes, "a constant is neither f32, i32, u32 nor bool")),
@@ -339,6 +302,30 @@ fn refused_float(x: f32) -> Option<Refused> {
         return None;
     };
     Some((Rule::FiniteConstants, message))
+}
+
+/// The bits of what is known at build time.
+pub(crate) fn constants(module: &Module, function: &Function, expression: Handle<Expression>) -> Vec<u32> {
+    let bits = |literal: &Literal| match literal {
+        Literal::F32(x) => Some(x.to_bits()),
+        Literal::U32(bits) => Some(*bits),
+        Literal::I32(bits) => Some(*bits as u32),
+        _ => None,
+    };
+    match &function.expressions[expression] {
+        Expression::Literal(literal) => bits(literal).into_iter().collect(),
+        Expression::Constant(constant) => match &module.global_expressions[module.constants[*constant].init] {
+            Expression::Literal(literal) => bits(literal).into_iter().collect(),
+            _ => Vec::new(),
+        },
+        Expression::Compose { components, .. } => {
+            let each = components.iter().map(|component| constants(module, function, *component));
+            let all: Vec<_> = each.collect();
+            if all.iter().any(Vec::is_empty) { Vec::new() } else { all.concat() }
+        }
+        Expression::Splat { value, .. } => constants(module, function, *value),
+        _ => Vec::new(),
+    }
 }
 
 struct Checker<'a> {
@@ -402,7 +389,7 @@ impl Checker<'_> {
         }
         for (handle, expression) in self.function.expressions.iter() {
             let span = self.function.expressions.get_span(handle);
-            if let Some((rule, message)) = self.refused(expression, span) {
+            if let Some((rule, message)) = self.refused(expression) {
                 self.refuse(span, rule, message);
             }
         }
@@ -414,34 +401,15 @@ impl Checker<'_> {
         self.info[expression].ty.inner_with(&self.module.types).scalar_kind()
     }
 
-    /// The bits of what is known at build time.
-    fn constants(&self, expression: Handle<Expression>) -> Vec<u32> {
-        match &self.function.expressions[expression] {
-            Expression::Literal(Literal::U32(bits)) => vec![*bits],
-            Expression::Literal(Literal::I32(bits)) => vec![*bits as u32],
-            Expression::Constant(constant) => {
-                match self.module.global_expressions[self.module.constants[*constant].init] {
-                    Expression::Literal(Literal::U32(bits)) => vec![bits],
-                    Expression::Literal(Literal::I32(bits)) => vec![bits as u32],
-                    _ => Vec::new(),
-                }
-            }
-            Expression::Compose { components, .. } => components.iter().flat_map(|c| self.constants(*c)).collect(),
-            Expression::Splat { value, .. } => self.constants(*value),
-            _ => Vec::new(),
-        }
-    }
-
-    fn refused(&self, expression: &Expression, span: naga::Span) -> Option<Refused> {
+    fn refused(&self, expression: &Expression) -> Option<Refused> {
         let internal = |message| Some((Rule::Internal, message));
         match expression {
-            Expression::Literal(literal) => refused_literal(*literal, self.text, span),
+            Expression::Literal(literal) => refused_literal(*literal),
             Expression::As {
                 expr,
                 kind: ScalarKind::Float,
                 convert: None,
-            } => self
-                .constants(*expr)
+            } => constants(self.module, self.function, *expr)
                 .into_iter()
                 .find_map(|bits| refused_float(f32::from_bits(bits))),
             Expression::Unary { op, expr } => match (op, self.kind(*expr)?) {
@@ -483,10 +451,7 @@ impl Checker<'_> {
             Expression::ArrayLength(_) => {
                 internal("`arrayLength` depends on how a buffer was made, not on what is in it")
             }
-            Expression::Relational { .. } => Some((
-                Rule::ExactFunctions,
-                "`all`, `any` and tests for NaN are not on the list",
-            )),
+            Expression::Relational { .. } => Some((Rule::ExactFunctions, "tests for NaN are not on the list")),
             Expression::AtomicResult { .. } => internal("atomic operations have no fixed order"),
             _ => internal("this expression is not on the list"),
         }
@@ -501,35 +466,11 @@ impl Checker<'_> {
         use BinaryOperator as Op;
         let kind = self.kind(left)?;
         match op {
-            Op::Divide if kind == ScalarKind::Float => Some((
-                Rule::NoDivision,
-                "float division is not correctly rounded on every device; write `a * reciprocal(b)`",
-            )),
-            Op::Modulo if kind == ScalarKind::Float => Some((
-                Rule::NoDivision,
-                "float remainder is not exact on every device; write `a - b * floor(a * reciprocal(b))`",
-            )),
-            Op::Divide | Op::Modulo if kind == ScalarKind::Sint => Some((
-                Rule::UnsignedDivision,
-                "signed division and remainder differ between devices; use unsigned integers",
-            )),
-            Op::ShiftLeft | Op::ShiftRight => {
-                let expressions = &self.function.expressions;
-                let below_32 = |handle: Handle<Expression>| matches!(self.constants(handle)[..], [count] if count < 32);
-                let safe = match expressions[right] {
-                    Expression::Binary {
-                        op: Op::And,
-                        left,
-                        right,
-                    } => below_32(left) || below_32(right),
-                    Expression::Splat { value, .. } => below_32(value),
-                    Expression::Compose { ref components, .. } => components.iter().all(|c| below_32(*c)),
-                    _ => below_32(right),
-                };
-                (!safe).then_some((
-                    Rule::ShiftCount,
-                    "a shift's count must be a constant below 32, or masked with `& 31u`",
-                ))
+            Op::Divide | Op::Modulo if kind != ScalarKind::Uint => {
+                Some((Rule::Internal, "only unsigned integers are divided"))
+            }
+            Op::ShiftLeft | Op::ShiftRight if !is_masked(self.module, self.function, right) => {
+                Some((Rule::Internal, "a shift's count is below 32"))
             }
             _ => None,
         }

@@ -256,6 +256,9 @@ impl<'a> Types<'a> {
                 let hint = if found == "f32" { "; write `u32(x)`" } else { "" };
                 format!("an index is {found}; allowed: u32 or i32{hint}")
             }
+            ExpressionError::ShiftAmountTooLarge { .. } => {
+                "a constant number of bits to shift by is at most 31".to_owned()
+            }
             ExpressionError::Compose(error) => return self.composed(handle, error),
             _ => return None,
         })

@@ -19,6 +19,7 @@ pub mod interpret;
 mod isolation;
 mod layout;
 mod lower;
+mod ordinary;
 mod print;
 mod rules;
 mod source;
@@ -179,9 +180,10 @@ pub fn compile_isolated(
     let Checked { source, module, info } = &checked;
     let refuse = |message: String| refused(source, Rule::Internal, message);
     let bindings = layout::bindings(module).map_err(refuse)?;
+    let written = Source::new(parts);
     Ok(Compiled {
-        parts: source.paths(),
-        wgsl: source.text.clone(),
+        parts: written.paths(),
+        wgsl: written.text,
         spirv: spirv::write(module, info, indices).map_err(refuse)?,
         structs: layout::structs(module).map_err(refuse),
         constants: layout::constants(module),
@@ -331,14 +333,13 @@ impl Checked {
     /// Parses a kernel, and checks its module.
     fn parsed(source: &Source, isolation: &Isolation<'_>) -> Result<(Self, Refusals), Refusal> {
         let (module, info) = front::parse(source)?;
-        let mut refusals = exact::check_module(source, &module, &info);
-        refusals.extend(isolation::check(isolation, source, &module, &info));
-        refusals.extend(entry_point(source, &module));
-        let checked = Self {
-            source: source.clone(),
-            module,
-            info,
-        };
+        let mut refusals = isolation::check(isolation, source, &module, &info);
+        refusals.extend(ordinary::folded(source, &module));
+        let lowered = ordinary::lowered(source, &module, &info)?;
+        let (source, module, info) = lowered.unwrap_or_else(|| (source.clone(), module, info));
+        refusals.extend(exact::check_module(&source, &module, &info));
+        refusals.extend(entry_point(&source, &module));
+        let checked = Self { source, module, info };
         Ok((checked, refusals))
     }
 
@@ -359,7 +360,8 @@ impl Checked {
         remove_unused(&mut tidied);
         tidy::sink_declarations(&mut tidied);
         let shapes = match uniform::analyse(&tidied, &place) {
-            Ok(shapes) => shapes,
+            Ok(shapes) if !tidy::go_through_arrays(&mut tidied, &shapes) => shapes,
+            Ok(_) => uniform::analyse(&tidied, &place)?,
             Err(mut refusals) => {
                 refusals.extend(unused);
                 refusals.extend(self.turns(&raw, &bound).err().unwrap_or_default());

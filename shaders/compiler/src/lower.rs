@@ -54,6 +54,8 @@ enum Lowered {
 enum Place {
     /// A variable for each scalar.
     Variables(Vec<Variable>),
+    /// One of the elements of an array or vector, each with a variable for each scalar, by its number.
+    OneOf(Vec<Vec<Variable>>, Value),
     /// A whole local array, with an array for each scalar of its elements.
     Arrays(Vec<Array>),
     /// One element of a local array.
@@ -481,8 +483,7 @@ impl<'a> Lowering<'a> {
             S::Store { pointer, value } => {
                 let place = self.place(call, *pointer)?;
                 if let Place::Arrays(arrays) = place {
-                    // Only zero values and compositions of whole arrays arrive here.
-                    let values = self.all_scalars(call, *value)?;
+                        let values = self.all_scalars(call, *value)?;
                     for (at, value) in values.iter().enumerate() {
                         let index = self.constant((at / arrays.len()) as u32, Ty::U32);
                         let array = arrays[at % arrays.len()];
@@ -496,6 +497,16 @@ impl<'a> Lowering<'a> {
                     return Ok(());
                 }
                 let values = self.all_scalars(call, *value)?;
+                if let Place::OneOf(elements, index) = &place {
+                    for (number, variables) in elements.iter().enumerate() {
+                        for (variable, value) in variables.iter().zip(&values) {
+                            let old = self.value(Op::Read(*variable), self.program.ty(*value));
+                            let new = self.chosen(*index, [number, elements.len()], *value, old);
+                            self.push(Statement::Write(*variable, new));
+                        }
+                    }
+                    return Ok(());
+                }
                 let words = self.words_behind(call, *pointer);
                 for (k, value) in values.into_iter().enumerate() {
                     let statement = match &place {
@@ -513,7 +524,7 @@ impl<'a> Lowering<'a> {
                             };
                             Statement::Store { address, value, span }
                         }
-                        _ => return self.refuse(span, call, Rule::WholeArrays, "a whole array can't be stored"),
+                        _ => return self.refuse(span, call, Rule::Internal, "a whole buffer can't be stored"),
                     };
                     self.push(statement);
                 }
@@ -854,12 +865,52 @@ impl<'a> Lowering<'a> {
                 offset: 0,
             }),
             Lowered::Place(Place::Arrays(arrays)) => Place::Element(arrays, index),
-            _ => {
-                let message = "only arrays in buffers and in local variables can be indexed at run time";
+            Lowered::Place(Place::Variables(variables)) => {
+                let Some(count) = count_of(&self.pointee(call, base)) else {
+                    return self.refuse(span, call, Rule::Internal, "this has no index");
+                };
+                let elements = variables.chunks(variables.len() / count).map(<[Variable]>::to_vec);
+                Place::OneOf(elements.collect(), index)
+            }
+            Lowered::Scalars(scalars) => {
+                let Some(count) = count_of(call.info[base].ty.inner_with(&self.module.types)) else {
+                    return self.refuse(span, call, Rule::Internal, "this has no index");
+                };
+                let elements: Vec<_> = scalars.chunks(scalars.len() / count).map(<[Value]>::to_vec).collect();
+                return Ok(Lowered::Scalars(self.one_of(elements, index)));
+            }
+            Lowered::Place(_) => {
+                let message = "an index that is computed stands in another one here; copy the inner array: `var a = all[i];`";
                 return self.refuse(span, call, Rule::IndexedArrays, message);
             }
         };
         Ok(Lowered::Place(place))
+    }
+
+    /// The scalars of one of these elements, by its number. Beyond the last, it is the last one.
+    fn one_of(&mut self, elements: Vec<Vec<Value>>, index: Value) -> Vec<Value> {
+        let count = elements.len();
+        let numbered = elements.into_iter().enumerate();
+        let chosen = numbered.reduce(|(_, before), (number, element)| {
+            let each = element.into_iter().zip(before);
+            let each = each.map(|(accept, reject)| self.chosen(index, [number, count], accept, reject));
+            (number, each.collect())
+        });
+        chosen.map_or_else(Vec::new, |(_, scalars)| scalars)
+    }
+
+    /// One value if an index is this number of so many, else another.
+    fn chosen(&mut self, index: Value, [number, count]: [usize; 2], accept: Value, reject: Value) -> Value {
+        let is_last = number + 1 == count;
+        let op = if is_last { Binary::GreaterEqual } else { Binary::Equal };
+        let number = self.constant(number as u32, Ty::U32);
+        let condition = self.value(Op::Binary(op, index, number), Ty::Bool);
+        let op = Op::Select {
+            condition,
+            accept,
+            reject,
+        };
+        self.value(op, self.program.ty(accept))
     }
 
     /// Lowers `base.member` or `base[constant]`.
@@ -911,6 +962,10 @@ impl<'a> Lowering<'a> {
                 offset: address.offset + word,
                 ..address
             })),
+            Lowered::Place(Place::OneOf(elements, at)) => {
+                let each = elements.into_iter().map(|element| element[first..first + count].to_vec());
+                Lowered::Place(Place::OneOf(each.collect(), at))
+            }
             Lowered::Place(Place::Buffer { .. }) => {
                 return self.refuse(span, call, Rule::Internal, "this has no components");
             }
@@ -923,13 +978,25 @@ impl<'a> Lowering<'a> {
                 .into_iter()
                 .map(|v| self.value(Op::Read(v), self.program.variables[v.0 as usize].ty))
                 .collect()),
-            Place::Element(arrays, index) => {
-                let read = |array: Array| {
-                    let value = self.value(Op::ReadElement(array, index), self.program.arrays[array.0 as usize].ty);
-                    self.program.values[value.0 as usize].span = if span.is_defined() { span } else { self.here };
-                    value
-                };
-                Ok(arrays.into_iter().map(read).collect())
+            Place::OneOf(elements, index) => {
+                let mut values = Vec::new();
+                for variables in elements {
+                    let read = |variable: Variable| {
+                        self.value(Op::Read(variable), self.program.variables[variable.0 as usize].ty)
+                    };
+                    values.push(variables.into_iter().map(read).collect());
+                }
+                Ok(self.one_of(values, index))
+            }
+            Place::Element(arrays, index) => Ok(self.elements(&arrays, index, span)),
+            Place::Arrays(arrays) => {
+                let count = self.program.arrays[arrays[0].0 as usize].init.len();
+                let mut all = Vec::new();
+                for number in 0..count {
+                    let index = self.constant(number as u32, Ty::U32);
+                    all.extend(self.elements(&arrays, index, span));
+                }
+                Ok(all)
             }
             Place::InBuffer(address) => {
                 let types: Vec<_> = match call.info[pointer].ty.inner_with(&self.module.types) {
@@ -964,8 +1031,18 @@ impl<'a> Lowering<'a> {
                 }
                 Ok(targets)
             }
-            _ => self.refuse(span, call, Rule::WholeArrays, "a whole array can't be loaded"),
+            Place::Buffer { .. } => self.refuse(span, call, Rule::Internal, "a whole buffer can't be loaded"),
         }
+    }
+
+    /// Reads the same element of several arrays.
+    fn elements(&mut self, arrays: &[Array], index: Value, span: Span) -> Vec<Value> {
+        let read = |array: &Array| {
+            let value = self.value(Op::ReadElement(*array, index), self.program.arrays[array.0 as usize].ty);
+            self.program.values[value.0 as usize].span = if span.is_defined() { span } else { self.here };
+            value
+        };
+        arrays.iter().map(read).collect()
     }
 }
 
@@ -982,6 +1059,18 @@ fn returns_early(block: &naga::Block, last_counts: bool) -> bool {
         }
         _ => false,
     })
+}
+
+/// The number of elements of an array or vector.
+fn count_of(inner: &TypeInner) -> Option<usize> {
+    match inner {
+        TypeInner::Vector { size, .. } => Some(*size as usize),
+        TypeInner::Array {
+            size: naga::ArraySize::Constant(count),
+            ..
+        } => Some(count.get() as usize),
+        _ => None,
+    }
 }
 
 fn binary(op: BinaryOperator) -> Binary {

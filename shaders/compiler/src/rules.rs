@@ -43,11 +43,7 @@ macro_rules! rules {
 impl Rule {
     /// Whether it is about how values are computed: the loops of a kernel that breaks it can be bounded nevertheless.
     pub(crate) fn is_of_values(self) -> bool {
-        use Rule::{ExactFunctions, FiniteConstants, FloatSuffix, NoDivision, ShiftCount, UnsignedDivision};
-        matches!(
-            self,
-            NoDivision | ExactFunctions | FloatSuffix | FiniteConstants | UnsignedDivision | ShiftCount
-        )
+        matches!(self, Self::ExactFunctions | Self::FiniteConstants)
     }
 }
 
@@ -58,48 +54,19 @@ impl fmt::Display for Rule {
 }
 
 rules! {
-    NoDivision "no-division"
-        "Floats are not divided: multiply by `reciprocal(x)`."
-        why: "Devices round the quotient of two floats in different ways: Vulkan lets it be off by 2.5 units in the \
-              last place. One different bit in one cycle becomes another path a few cycles later, and the same seed \
-              gives another run. `reciprocal` is made of multiplications, which every device rounds alike. The \
-              remainder `%` is computed by a division and differs in the same way. A constant made by a division is \
-              also refused; write its value."
-        wrong: "\
-fn mean(a: f32, b: f32, c: f32) -> f32 {
-    return (a + b + c) / 3.0f;
-}
-"
-        right: "\
-fn mean(a: f32, b: f32, c: f32) -> f32 {
-    return (a + b + c) * 0.33333334f;
-}
-"
-
     ExactFunctions "exact-functions"
-        "Of WGSL's functions, a part calls only those that are exact on every device."
-        why: "WGSL only limits the errors of functions such as `sqrt`, `sin` and `exp`, and each driver computes them \
-              in its own way. For others, such as `dot` and `mix`, it leaves open in which order sums are made and \
-              whether products are rounded before they are added. Oneiro's own functions are made of operations that \
-              every device rounds alike."
-        wrong: "\
-fn length_of(v: vec2<f32>) -> f32 {
-    return sqrt(dot(v, v));
-}
-"
+        "Of WGSL's functions, a part calls those that Oneiro can compute with the same bits on every device."
+        why: "WGSL only limits the errors of functions such as `sin`, and each device computes them in its own way. \
+              Oneiro computes most of them itself, with operations that every device rounds alike. A few that robots \
+              seldom need are missing. A function such as `sin` of a constant would be computed while the kernel is \
+              compiled, by a library that differs between machines."
+        wrong: "const QUARTER: f32 = sin(0.25);\n"
         right: "\
-fn length_of(v: vec2<f32>) -> f32 {
-    return root(squared_length(v));
+fn quarter() -> f32 {
+    let angle = 0.25;
+    return sin(angle);
 }
 "
-
-    FloatSuffix "float-suffix"
-        "Constants of floats end in `f`."
-        why: "In WGSL a constant such as 0.1 has no type yet. What is computed from such constants may be computed in \
-              double precision and rounded once at the end, which gives other bits than rounding after each operation. \
-              A constant with an `f` is an f32 from the start."
-        wrong: "const HALF_LIFE: f32 = 0.1 * 3.0;\n"
-        right: "const HALF_LIFE: f32 = 0.1f * 3.0f;\n"
 
     FiniteConstants "finite-constants"
         "Constants are numbers: not infinite, not NaN, and no nearer to zero than 1.2e-38, other than zero."
@@ -137,36 +104,6 @@ fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
         right: "\
 fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
     return v * c + vec2<f32>(-v.y, v.x) * s;
-}
-"
-
-    UnsignedDivision "unsigned-division"
-        "Integers are divided as u32 only."
-        why: "Vulkan leaves the remainder undefined if an operand is negative, and the quotient if it does not fit. \
-              Unsigned integers have no such cases, so that division and remainder of u32 are the same everywhere."
-        wrong: "\
-fn third(steps: i32) -> i32 {
-    return steps / 3;
-}
-"
-        right: "\
-fn third(steps: u32) -> u32 {
-    return steps / 3u;
-}
-"
-
-    ShiftCount "shift-count"
-        "Bits are shifted by a constant below 32, or by a number with `& 31u`."
-        why: "A shift by 32 bits or more is undefined in SPIR-V. Some processors then shift by the count's last five \
-              bits, and others return 0."
-        wrong: "\
-fn bit(index: u32) -> u32 {
-    return 1u << index;
-}
-"
-        right: "\
-fn bit(index: u32) -> u32 {
-    return 1u << (index & 31u);
 }
 "
 
@@ -220,64 +157,41 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 }
 "
 
-    WholeArrays "whole-arrays"
-        "Arrays are read and written element by element."
-        why: "This limit is the compiler's: the elements of a local array stay where they are, and only one at a time \
-              is loaded or stored. An array that is declared with its elements is fine."
-        wrong: "\
-fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
-    var a = array<f32, 2>(now.end.x, now.end.y);
-    let b = a;
-    return Reward(b[0] + b[1], before);
-}
-"
-        right: "\
-fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
-    var a = array<f32, 2>(now.end.x, now.end.y);
-    return Reward(a[0] + a[1], before);
-}
-"
-
     IndexedArrays "indexed-arrays"
-        "Only arrays declared by `var` may have a computed index; vectors need a constant one."
-        why: "This limit is the compiler's: vectors and values that are declared by `let` are kept in registers, which \
-              have no addresses. An array that is declared by `var` is in memory. Readings are the fields of a struct; \
-              `reading(readings, i)` gives one by its number."
+        "Readings have names and no index: `reading(readings, i)` gives one by its number."
+        why: "Readings are the fields of a struct, which has no index in WGSL. Arrays and vectors may be indexed by any \
+              number, unless the element is itself an array that is indexed by a computed number."
         wrong: "\
-fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
-    var sum = 0.0f;
-    for (var i = 0u; i < 3u; i++) { sum += now.end[i]; }
-    return Reward(sum, before);
+fn second(readings: Readings) -> f32 {
+    return readings[1];
 }
 "
         right: "\
-fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
-    var pose = array<f32, 3>(now.end.x, now.end.y, now.end.z);
-    var sum = 0.0f;
-    for (var i = 0u; i < 3u; i++) { sum += pose[i]; }
-    return Reward(sum, before);
+fn second(readings: Readings) -> f32 {
+    return reading(readings, 1u);
 }
 "
 
     SameIndex "same-index"
-        "The index of a local array is the same in all episodes: a constant, or a number that a loop counts."
-        why: "This limit is the compiler's: on a processor, 4 to 64 episodes run side by side in one vector, and an \
-              element is loaded for all of them together. To choose by a number that differs from episode to episode, go \
-              through the array with `select`."
+        "The index of a local array of more than 256 elements is the same in all episodes: a constant, or a number that a loop \
+         counts."
+        why: "On a processor, 4 to 64 episodes run side by side in one vector, and an element is loaded for all of them \
+              together. If the index differs, the kernel goes through the whole array, which takes long where that has \
+              many elements."
         wrong: "\
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
-    var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
-    let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
+    var earned: array<f32, 300>;
+    earned[299] = 5.0;
+    let zone = u32(clamp(now.end.x, 0.0, 299.0));
     return Reward(earned[zone], before);
 }
 "
         right: "\
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
-    var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
-    let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
-    var sum = 0.0f;
-    for (var i = 0u; i < 3u; i++) { sum += select(0.0f, earned[i], i == zone); }
-    return Reward(sum, before);
+    var earned: array<f32, 30>;
+    earned[29] = 5.0;
+    let zone = u32(clamp(0.1 * now.end.x, 0.0, 29.0));
+    return Reward(earned[zone], before);
 }
 "
 

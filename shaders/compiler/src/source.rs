@@ -38,6 +38,16 @@ impl Source {
         Self { text, parts: starts }
     }
 
+    /// The same parts after another one.
+    pub(crate) fn after(&self, part: &Part) -> Self {
+        let mut all = Self::new(std::slice::from_ref(part));
+        let begin = all.text.len();
+        all.text.push_str(&self.text);
+        let moved = self.parts.iter().map(|(path, at)| (path.clone(), begin + at));
+        all.parts.extend(moved);
+        all
+    }
+
     /// Paths of the parts, in order.
     pub fn paths(&self) -> Vec<String> {
         self.parts.iter().map(|(path, _)| path.clone()).collect()

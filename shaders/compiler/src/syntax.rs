@@ -1,7 +1,7 @@
 //! Plain words for the mistakes that naga finds while it parses, most of which are habits from other languages.
 
 use crate::explain::{alike, conversion};
-use crate::words::words;
+use crate::words::{is_number, words};
 
 /// Naga's message for a mistake, its notes for the places that belong to it, and where the first of them is.
 pub(crate) struct Mistake<'a> {
@@ -62,6 +62,12 @@ impl Mistake<'_> {
         word.map_or("", |(_, word)| word)
     }
 
+    /// The number that ends at the first place.
+    fn before(&self) -> Option<&str> {
+        let before = words(&self.text[..self.at]).last();
+        before.map(|(_, word)| word).filter(|word| is_number(word))
+    }
+
     /// The word before the first place.
     fn previous(&self) -> &str {
         let before = self.text[..self.at].trim_end();
@@ -76,6 +82,9 @@ impl Mistake<'_> {
         let instead = match found {
             "#" => "WGSL has no `#`; write `//` before a comment, and `const NAME = VALUE;` for a `#define`".to_owned(),
             "?" => "WGSL has no `?`; write `select(b, a, condition)` for `condition ? a : b`".to_owned(),
+            "F" if let Some(number) = self.before() => {
+                format!("the suffix of a float is a small `f`; write `{number}f`")
+            }
             "and" => "WGSL has no `and`; write `&&`".to_owned(),
             "or" => "WGSL has no `or`; write `||`".to_owned(),
             _ if ["elif", "elseif", "elsif"].contains(&self.previous()) => {

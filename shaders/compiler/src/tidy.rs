@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Value, Variable, visit};
+use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 use crate::uniform::Shapes;
 
 /// Removes values that nothing uses, and writes that nothing reads.
@@ -53,6 +53,107 @@ fn sweep(block: &mut Block, keep: &mut impl FnMut(&Statement) -> bool) {
         }
     }
     block.retain(|statement| keep(statement));
+}
+
+/// Reads and writes all elements of an array where an index differs between lanes, so that each index is the same in all of them.
+/// Returns whether there is one.
+pub(crate) fn go_through_arrays(program: &mut Program, shapes: &Shapes) -> bool {
+    let before = program.values.len();
+    let mut body = std::mem::take(&mut program.body);
+    go_through(program, shapes, &mut body);
+    program.body = body;
+    program.values.len() > before
+}
+
+fn go_through(program: &mut Program, shapes: &Shapes, block: &mut Block) {
+    let mut through = Through {
+        program,
+        out: Block::with_capacity(block.len()),
+    };
+    for mut statement in std::mem::take(block) {
+        for inner in statement.blocks_mut() {
+            go_through(through.program, shapes, inner);
+        }
+        match statement {
+            Statement::Let(value) => match through.program.op(value) {
+                Op::ReadElement(array, index) if !shapes.is_uniform(index) => through.read(value, array, index),
+                _ => through.out.push(statement),
+            },
+            Statement::WriteElement {
+                array,
+                index,
+                value,
+                span,
+            } if !shapes.is_uniform(index) => through.write(array, index, value, span),
+            other => through.out.push(other),
+        }
+    }
+    *block = through.out;
+}
+
+/// A block that is written anew.
+struct Through<'a> {
+    program: &'a mut Program,
+    out: Block,
+}
+
+impl Through<'_> {
+    fn value(&mut self, op: Op, ty: Ty) -> Value {
+        let value = self.program.add(op, ty);
+        self.out.push(Statement::Let(value));
+        value
+    }
+
+    fn element(&mut self, array: Array, number: Value) -> Value {
+        self.value(Op::ReadElement(array, number), self.program.arrays[array.0 as usize].ty)
+    }
+
+    /// The numbers of an array's elements, and for each whether an index means it: beyond the last, the last one.
+    fn numbers(&mut self, array: Array, index: Value) -> Vec<(Value, Value)> {
+        let count = self.program.arrays[array.0 as usize].init.len() as u32;
+        let numbered = |number: u32| {
+            let is_last = number + 1 == count;
+            let compare = if is_last { Binary::GreaterEqual } else { Binary::Equal };
+            let number = self.program.add(Op::Constant(number), Ty::U32);
+            (number, self.value(Op::Binary(compare, index, number), Ty::Bool))
+        };
+        (0..count).map(numbered).collect()
+    }
+
+    /// The value keeps its number, which others use.
+    fn read(&mut self, value: Value, array: Array, index: Value) {
+        let numbers = self.numbers(array, index);
+        let mut chosen = Op::ReadElement(array, numbers[0].0);
+        for (number, condition) in &numbers[1..] {
+            let reject = self.value(chosen, self.program.ty(value));
+            let accept = self.element(array, *number);
+            chosen = Op::Select {
+                condition: *condition,
+                accept,
+                reject,
+            };
+        }
+        self.program.values[value.0 as usize].op = chosen;
+        self.out.push(Statement::Let(value));
+    }
+
+    fn write(&mut self, array: Array, index: Value, value: Value, span: naga::Span) {
+        for (number, condition) in self.numbers(array, index) {
+            let reject = self.element(array, number);
+            let select = Op::Select {
+                condition,
+                accept: value,
+                reject,
+            };
+            let value = self.value(select, self.program.ty(value));
+            self.out.push(Statement::WriteElement {
+                array,
+                index: number,
+                value,
+                span,
+            });
+        }
+    }
 }
 
 /// A variable or array that a statement declares.

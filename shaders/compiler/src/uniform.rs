@@ -7,10 +7,12 @@ use crate::rules::Rule;
 use crate::source::{Place, Refusal, Refusals};
 use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
-/// What is wrong with the index of a local array that differs between lanes, and what to write instead.
-const SAME_INDEX: &str = "the index of a local array has to be the same in all episodes, a constant or the counter of a loop; \
-    go through the array: `for (var i = 0u; i < COUNT; i++)` with `x = select(x, a[i], i == index);` to read an element, \
-    and `a[i] = select(a[i], x, i == index);` to write one";
+/// What is wrong with the index of a long array that differs between lanes, and what to write instead.
+const SAME_INDEX: &str = "the index of a local array of more than 256 elements has to be the same in all episodes, a constant or the \
+    counter of a loop; go through the array: `for (var i = 0u; i < COUNT; i++)` with `x = select(x, a[i], i == index);` to read an \
+    element, and `a[i] = select(a[i], x, i == index);` to write one";
+/// Most elements of an array whose index differs between lanes.
+const MOST: usize = 256;
 
 /// How a value differs between lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -143,7 +145,7 @@ pub fn depth_of(regions: &[Region], label: Label) -> usize {
 /// Analyses a program.
 ///
 /// # Errors
-/// A varying value that is stored at a uniform address in a buffer, or a varying index into a local array.
+/// A varying value that is stored at a uniform address in a buffer, or a varying index into a long local array.
 pub fn analyse(program: &Program, place: &dyn Fn(naga::Span) -> Place) -> Result<Shapes, Refusals> {
     let mut analysis = Analysis {
         program,
@@ -194,6 +196,13 @@ impl Analysis<'_> {
         });
     }
 
+    /// Refuses an index that differs between lanes unless the array is short.
+    fn refuse_long(&mut self, array: Array, span: naga::Span) {
+        if self.program.arrays[array.0 as usize].init.len() > MOST {
+            self.refuse(span, Rule::SameIndex, SAME_INDEX);
+        }
+    }
+
     fn set(&mut self, value: Value, shape: Shape) {
         let slot = &mut self.shapes.values[value.0 as usize];
         // Shapes only ever rise, so the analysis ends.
@@ -232,10 +241,11 @@ impl Analysis<'_> {
                     span,
                 } => {
                     let home = self.array_homes[array.0 as usize];
-                    if !self.shapes.is_uniform(*index) {
-                        self.refuse(*span, Rule::SameIndex, SAME_INDEX);
+                    let is_same = self.shapes.is_uniform(*index);
+                    if !is_same {
+                        self.refuse_long(*array, *span);
                     }
-                    if !self.shapes.is_uniform(*value) || self.shapes.diverges(&regions[home..]) {
+                    if !is_same || !self.shapes.is_uniform(*value) || self.shapes.diverges(&regions[home..]) {
                         self.changed |= self.shapes.arrays.insert(*array);
                     }
                 }
@@ -285,11 +295,11 @@ impl Analysis<'_> {
             Op::Lane => Shape::Linear,
             Op::Read(variable) => uniform_or_varying(!self.shapes.variables.contains(&variable)),
             Op::ReadElement(array, index) => {
-                if !self.shapes.is_uniform(index) {
-                    let span = self.program.values[value.0 as usize].span;
-                    self.refuse(span, Rule::SameIndex, SAME_INDEX);
+                let is_same = self.shapes.is_uniform(index);
+                if !is_same {
+                    self.refuse_long(array, self.program.values[value.0 as usize].span);
                 }
-                uniform_or_varying(!self.shapes.arrays.contains(&array))
+                uniform_or_varying(is_same && !self.shapes.arrays.contains(&array))
             }
             Op::Binary(op @ (Binary::Add | Binary::Subtract), a, b) if self.program.ty(value) == Ty::U32 => {
                 match (self.shapes.shape(a), self.shapes.shape(b)) {

@@ -159,7 +159,7 @@ impl Writer {
         }
         let (a, b) = (self.float(depth - 1), self.float(depth - 1));
         let (a, b) = (self.ranged(&a), self.ranged(&b));
-        match self.draw.below(24) {
+        match self.draw.below(34) {
             0 => format!("({a} + {b})"),
             1 => format!("({a} - {b})"),
             2..5 => format!("({a} * {b})"),
@@ -180,6 +180,15 @@ impl Writer {
             19 => format!("squared_length(vec2f({a}, {b}))"),
             20 => format!("f32({} & 1023u)", self.unsigned(depth - 1)),
             21 => format!("reciprocal_root(0.01f + abs({a}))"),
+            24 => format!("({a} / (1.5 + abs({b})))"),
+            25 => format!("({a} % (1.5 + abs({b})))"),
+            26 => format!("sqrt(abs({a}))"),
+            27 => format!("length(vec2({a}, {b}))"),
+            28 => format!("sin(clamp({a}, -9.0, 9.0))"),
+            29 => format!("atan2({a}, 0.1 + abs({b}))"),
+            30 => format!("pow(0.5 + fract({a}), 1.5)"),
+            31 => format!("mix({a}, {b}, 0.25)"),
+            32 => format!("array<f32, 3>({a}, {b}, 1.0)[{}]", self.unsigned(depth - 1)),
             22 if self.helpers > 0 && self.has_life => {
                 let helper = self.draw.below(self.helpers);
                 format!("{}_helper_{helper}(episode, {a}, {b})", self.word())

@@ -9,4 +9,5 @@ mod seeds;
 
 mod cache;
 mod kernels;
+mod ordinary;
 mod random;

@@ -4,14 +4,17 @@
 use oneiro_shader_compiler::{Part, Place};
 use oneiro_shader_parts::PARTS;
 
-use crate::exact::{LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
+use crate::exact::{ANGLE_GREATEST, LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
 
-/// The part that has the functions.
+/// The parts that have the functions.
 const NUMERICS: &str = "lib/numerics.wgsl";
+const ORDINARY: &str = "lib/ordinary.wgsl";
 
 /// The range of a function's argument.
 struct Range {
     function: &'static str,
+    /// How a call begins in messages.
+    call: &'static str,
     parameter: &'static str,
     least: f32,
     greatest: f32,
@@ -24,6 +27,7 @@ struct Range {
 /// A function of numbers that are not smaller than the smallest normal one.
 const POSITIVE: Range = Range {
     function: "",
+    call: "",
     parameter: "x",
     least: LEAST,
     greatest: f32::MAX,
@@ -32,9 +36,28 @@ const POSITIVE: Range = Range {
     words: "from 1.2e-38",
 };
 
-const RANGES: [Range; 5] = [
+/// A function of an angle in radians.
+const ANGLE: Range = Range {
+    greatest: ANGLE_GREATEST,
+    is_signed: true,
+    has_zero: true,
+    words: "up to 16,000 radians, of both signs",
+    ..POSITIVE
+};
+
+/// A function of a sine or a cosine.
+const COSINE: Range = Range {
+    greatest: 1.0,
+    is_signed: true,
+    has_zero: true,
+    words: "-1 to 1",
+    ..POSITIVE
+};
+
+const RANGES: [Range; 15] = [
     Range {
         function: "reciprocal",
+        call: "reciprocal(",
         greatest: RECIPROCAL_GREATEST,
         is_signed: true,
         words: "from 1.2e-38 to 8e37, of both signs",
@@ -42,10 +65,12 @@ const RANGES: [Range; 5] = [
     },
     Range {
         function: "reciprocal_root",
+        call: "reciprocal_root(",
         ..POSITIVE
     },
     Range {
         function: "root",
+        call: "root(",
         least: ROOT_LEAST,
         has_zero: true,
         words: "0, and from 8e-31",
@@ -53,6 +78,7 @@ const RANGES: [Range; 5] = [
     },
     Range {
         function: "cosine_sine",
+        call: "cosine_sine(",
         parameter: "turns",
         greatest: TURNS_GREATEST,
         is_signed: true,
@@ -62,7 +88,63 @@ const RANGES: [Range; 5] = [
     },
     Range {
         function: "logarithm",
+        call: "logarithm(",
         ..POSITIVE
+    },
+    Range {
+        function: "wgsl_divide",
+        call: "x / (",
+        parameter: "b",
+        is_signed: true,
+        words: "from 1.2e-38, of both signs",
+        ..POSITIVE
+    },
+    Range {
+        function: "wgsl_sqrt",
+        call: "sqrt(",
+        has_zero: true,
+        words: "0, and from 1.2e-38",
+        ..POSITIVE
+    },
+    Range {
+        function: "wgsl_inverseSqrt",
+        call: "inverseSqrt(",
+        ..POSITIVE
+    },
+    Range {
+        function: "wgsl_log",
+        call: "log(",
+        ..POSITIVE
+    },
+    Range {
+        function: "wgsl_log2",
+        call: "log2(",
+        ..POSITIVE
+    },
+    Range {
+        function: "wgsl_sin",
+        call: "sin(",
+        ..ANGLE
+    },
+    Range {
+        function: "wgsl_cos",
+        call: "cos(",
+        ..ANGLE
+    },
+    Range {
+        function: "wgsl_tan",
+        call: "tan(",
+        ..ANGLE
+    },
+    Range {
+        function: "wgsl_asin",
+        call: "asin(",
+        ..COSINE
+    },
+    Range {
+        function: "wgsl_acos",
+        call: "acos(",
+        ..COSINE
     },
 ];
 
@@ -95,15 +177,23 @@ impl Range {
 }
 
 /// Makes these functions divide their argument's bits by 0 where it is out of its range, in the line of their head: a division that is
-/// checked.
+/// checked. What the compiler would add for ordinary WGSL stands before the other parts.
 pub(super) fn checked(mut parts: Vec<Part>) -> Vec<Part> {
-    for part in parts.iter_mut().filter(|part| part.path == NUMERICS) {
+    let ordinary = PARTS.iter().filter(|(path, _)| *path == ORDINARY);
+    let ordinary = ordinary.map(|(path, text)| Part {
+        path: (*path).into(),
+        text: (*text).into(),
+    });
+    parts.splice(0..0, ordinary);
+    for part in parts.iter_mut().filter(|part| [NUMERICS, ORDINARY].contains(&part.path.as_str())) {
         for range in &RANGES {
             let head = part.text.find(&range.head());
-            let body = head.and_then(|head| Some(head + part.text[head..].find('{')? + 1));
+            let Some(body) = head.and_then(|head| Some(head + part.text[head..].find('{')? + 1)) else {
+                continue;
+            };
             let (parameter, within) = (range.parameter, range.within());
             let check = format!(" let within = bitcast<u32>({parameter}) / select(0u, 1u, {within});");
-            part.text.insert_str(body.expect("the part has the function"), &check);
+            part.text.insert_str(body, &check);
         }
     }
     parts
@@ -113,11 +203,11 @@ pub(super) fn checked(mut parts: Vec<Part>) -> Vec<Part> {
 pub(super) fn breach(place: &Place, what: &str) -> Option<String> {
     let bits = what.split_once("u / 0u")?.0.parse().ok()?;
     let mut parts = PARTS.iter();
-    let (_, text) = parts.find(|(path, _)| *path == NUMERICS && *path == place.path)?;
+    let (_, text) = parts.find(|(path, _)| [NUMERICS, ORDINARY].contains(path) && *path == place.path)?;
     let line = text.lines().nth(place.line - 1)?;
-    let Range { function, words, .. } = RANGES.iter().find(|range| line.starts_with(&range.head()))?;
+    let Range { call, words, .. } = RANGES.iter().find(|range| line.starts_with(&range.head()))?;
     let argument = f32::from_bits(bits);
     Some(format!(
-        "{function}({argument:?}f) is out of its range, which is {words}"
+        "{call}{argument:?}f) is out of its range, which is {words}"
     ))
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{
-    Declaration, accesses, built_in, calls, declarations, indexed, members, names, parameters_at, signature, uses,
+    Declaration, accesses, built_in, calls, declarations, indexed, members, names, ordinary, parameters_at, signature, uses,
     word_at,
 };
 use oneiro_shader_compiler::{Allowed, Place, Refusal, Refusals, Rule};
@@ -286,19 +286,20 @@ fn taken_name(item: &Declaration) -> Refusal {
     refusal(&item.place, Rule::ReservedName, message)
 }
 
-/// Problems with what a part uses of the kernel's buffers and of what it is given.
+/// Problems with what a part uses of the kernel's buffers and of what it is given. It may give their names to what it declares
+/// itself; its compiled form shows what is meant.
 fn buffer_problems(part: &compiler::Part) -> Refusals {
     let mut problems = Refusals::new();
     let mut refuse = |place: &Place, rule, message| problems.push(refusal(place, rule, message));
+    let names = names(part);
+    let is_foreign = |(_, name): &(Place, &str)| !names.contains(*name);
     let buffers: Vec<_> = LIFE_PERCEPTRON.bindings.iter().map(|binding| binding.name).collect();
-    for (place, name) in uses(part, &buffers) {
-        let message = format!("`{name}` is one of the kernel's buffers; choose another name");
+    for (place, name) in uses(part, &buffers).into_iter().filter(is_foreign) {
+        let message = format!("`{name}` is one of the kernel's buffers; parts can't read or write it");
         refuse(&place, Rule::KernelBuffers, message);
     }
-    for (place, name) in accesses(part, &PLACES_IN_THE_BATCH) {
-        let message = format!(
-            "`.{name}` of an episode is only for the kernel: pass `episode` itself on, and choose other names for fields"
-        );
+    for (place, name) in accesses(part, &PLACES_IN_THE_BATCH).into_iter().filter(is_foreign) {
+        let message = format!("`.{name}` of an episode is only for the kernel: pass `episode` itself on");
         refuse(&place, Rule::BatchPlace, message);
     }
     for (name, place) in indexed(part) {
@@ -597,6 +598,6 @@ fn usable(parts: &[compiler::Part], interface: &Interface, custom: &OwnParts) ->
         let part = parts.iter().find(|part| part.path == path);
         part.map(names).unwrap_or_default().into_iter().chain([values])
     });
-    let listed = built_in().chain(lists).map(str::to_owned);
+    let listed = built_in().chain(ordinary()).chain(lists).map(str::to_owned);
     listed.chain(fields.map(|field| field.name)).chain(declared).collect()
 }
