@@ -11,7 +11,7 @@ pub(crate) const ROOT_LEAST: f32 = 7.888_609e-31;
 pub(crate) const TURNS_GREATEST: f32 = 8_388_608.0;
 
 /// The largest argument of sine, cosine and tangent in radians.
-pub(crate) const ANGLE_GREATEST: f32 = 16_000.0;
+pub(crate) const ANGLE_GREATEST: f32 = 8000.0;
 
 /// Gives zero its one sign.
 pub(crate) fn zero(x: f32) -> f32 {

@@ -296,8 +296,8 @@ fn constants() {
 fn integers() {
     for count in ["32u", "40u", "u32(7 * 7)"] {
         let words = "a constant number of bits";
-        refused(&format!("out_words[lane] = u << {count};"), words);
-        refused(&format!("out_words[lane] = u32(i >> {count});"), words);
+        refused_outside(&format!("fn f(u: u32) -> u32 {{ return u << {count}; }}"), words);
+        refused_outside(&format!("fn f(i: i32) -> i32 {{ return i >> {count}; }}"), words);
     }
     refused("out_words[lane] = u / 0u;", "Division by zero");
 }

@@ -43,24 +43,24 @@ fn cases() -> Vec<Case> {
         },
         case("y / x", |x, y| y / x, [LEAST, 4.25e37], true, 0.500_001),
         case("sqrt(x)", |x, _| x.sqrt(), [LEAST, MOST], false, 0.500_001),
-        case("inverseSqrt(x)", |x, _| 1.0 / x.sqrt(), [LEAST, MOST], false, 1.7),
-        case("sin(x)", |x, _| x.sin(), [1e-30, 1000.0], true, 1.9),
-        case("cos(x)", |x, _| x.cos(), [1e-30, 1000.0], true, 1.9),
-        case("tan(x)", |x, _| x.tan(), [1e-30, 1000.0], true, 3.0),
-        case("asin(x)", |x, _| x.asin(), [1e-30, 1.0], true, 2.6),
-        case("acos(x)", |x, _| x.acos(), [1e-30, 1.0], true, 1.5),
-        case("atan(x)", |x, _| x.atan(), [1e-30, 8e37], true, 3.0),
+        case("inverseSqrt(x)", |x, _| 1.0 / x.sqrt(), [LEAST, MOST], false, 2.1),
+        case("sin(x)", |x, _| x.sin(), [1e-30, 8000.0], true, 2.8),
+        case("cos(x)", |x, _| x.cos(), [1e-30, 8000.0], true, 2.8),
+        case("tan(x)", |x, _| x.tan(), [1e-30, 8000.0], true, 4.1),
+        case("asin(x)", |x, _| x.asin(), [1e-30, 1.0], true, 3.4),
+        case("acos(x)", |x, _| x.acos(), [1e-30, 1.0], true, 2.1),
+        case("atan(x)", |x, _| x.atan(), [1e-30, 8e37], true, 3.2),
         Case {
             others: NEAR,
-            ..case("atan2(y, x)", |x, y| y.atan2(x), [1e-30, 1e30], true, 3.0)
+            ..case("atan2(y, x)", |x, y| y.atan2(x), [1e-30, 1e30], true, 3.2)
         },
-        case("tanh(x)", |x, _| x.tanh(), [1e-30, 88.0], true, 1.7),
-        case("exp(x)", |x, _| x.exp(), [1e-30, 87.0], true, 1.7),
-        case("exp2(x)", |x, _| x.exp2(), [1e-30, 126.0], true, 1.2),
+        case("tanh(x)", |x, _| x.tanh(), [1e-30, 88.0], true, 2.0),
+        case("exp(x)", |x, _| x.exp(), [1e-30, 87.0], true, 2.8),
+        case("exp2(x)", |x, _| x.exp2(), [1e-30, 126.0], true, 1.3),
         case("log(x)", |x, _| x.ln(), [LEAST, MOST], false, 1.2),
-        case("log2(x)", |x, _| x.log2(), [LEAST, MOST], false, 1.6),
-        case("pow(x, 3.0)", |x, _| x.powi(3), [1e-12, 1e12], true, 1.0),
-        case("pow(x, -2.0)", |x, _| x.powi(-2), [1e-18, 1e18], true, 1.5),
+        case("log2(x)", |x, _| x.log2(), [LEAST, MOST], false, 1.8),
+        case("pow(x, 3.0)", |x, _| x.powi(3), [1e-12, 1e12], true, 1.4),
+        case("pow(x, -2.0)", |x, _| x.powi(-2), [1e-18, 1e18], true, 1.6),
         case("length(vec3(x, y, y))", |x, y| (x * x + 2.0 * y * y).sqrt(), [1e-18, 1e18], true, 1.2),
     ]
 }
@@ -131,17 +131,16 @@ fn error(case: &Case, stride: usize) -> (f64, [f32; 2]) {
 #[test]
 fn errors_are_as_stated() {
     let stride = if std::env::var_os("ONEIRO_LONG").is_some() { 1 } else { 10_007 };
+    let mut problems = Vec::new();
     for case in cases() {
         let (error, [x, y]) = error(&case, stride);
-        println!("{:24} {error:.4} ulp at x {x:e}, y {y:e}", case.wgsl);
-        let least = 0.5 * case.ulp;
-        assert!(
-            error <= case.ulp && error > least.min(0.3),
-            "{}: {error} ulp at {x:e}, {y:e}; stated: {}",
-            case.wgsl,
-            case.ulp
-        );
+        let result = format!("{:24} {error:.4} ulp at x {x:e}, y {y:e}", case.wgsl);
+        eprintln!("{result}");
+        if error > case.ulp || error < 0.5 * case.ulp {
+            problems.push(format!("{result}; stated: {}", case.ulp));
+        }
     }
+    assert!(problems.is_empty(), "{problems:#?}");
 }
 
 /// What is exact, and what stands at the ends of ranges and beyond them.

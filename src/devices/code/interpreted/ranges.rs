@@ -41,7 +41,7 @@ const ANGLE: Range = Range {
     greatest: ANGLE_GREATEST,
     is_signed: true,
     has_zero: true,
-    words: "up to 16,000 radians, of both signs",
+    words: "up to 8,000 radians, of both signs",
     ..POSITIVE
 };
 
