@@ -256,6 +256,7 @@ impl<'a> Types<'a> {
                 let hint = if found == "f32" { "; write `u32(x)`" } else { "" };
                 format!("an index is {found}; allowed: u32 or i32{hint}")
             }
+            ExpressionError::IndexOutOfBounds(_, index) => format!("the index {index} is beyond the last element"),
             ExpressionError::ShiftAmountTooLarge { .. } => {
                 "a constant number of bits to shift by is at most 31".to_owned()
             }

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
     BinaryOperator, Block, Expression, Function, Handle, MathFunction, Module, RelationalFunction, ScalarKind,
-    Statement, TypeInner,
+    Span, Statement, TypeInner,
 };
 use oneiro_shader_parts::PARTS;
 
@@ -66,6 +66,8 @@ pub(crate) const NOT_OF_CONSTANTS: [&str; 13] = [
 struct Call {
     function: String,
     arguments: Vec<Handle<Expression>>,
+    /// The place of the expression.
+    span: Span,
 }
 
 /// Makes calls of whatever a kernel has that its library computes; `None` if there is nothing.
@@ -162,8 +164,10 @@ fn bodies<'a>(module: &'a Module, info: &'a ModuleInfo) -> impl Iterator<Item = 
 /// The calls that stand for a function's expressions.
 fn calls(module: &Module, function: &Function, info: &FunctionInfo) -> BTreeMap<Handle<Expression>, Call> {
     let call = |(handle, expression)| {
-        let call = Types { module, function, info }.call(expression)?;
-        Some((handle, call))
+        let (name, arguments) = Types { module, function, info }.call(expression)?;
+        let span = function.expressions.get_span(handle);
+        let function = name;
+        Some((handle, Call { function, arguments, span }))
     };
     function.expressions.iter().filter_map(call).collect()
 }
@@ -195,14 +199,12 @@ impl Types<'_> {
         })
     }
 
-    fn call(&self, expression: &Expression) -> Option<Call> {
+    /// The function that stands for an expression, and its arguments.
+    fn call(&self, expression: &Expression) -> Option<(String, Vec<Handle<Expression>>)> {
         match *expression {
             Expression::Binary { op, left, right } => {
                 let base = self.operator(op, left, right)?;
-                Some(Call {
-                    function: self.named(base, left)?,
-                    arguments: vec![left, right],
-                })
+                Some((self.named(base, left)?, vec![left, right]))
             }
             Expression::Relational { fun, argument } => {
                 let base = match fun {
@@ -210,10 +212,7 @@ impl Types<'_> {
                     RelationalFunction::All => "all",
                     _ => return None,
                 };
-                Some(Call {
-                    function: self.named(base, argument)?,
-                    arguments: vec![argument],
-                })
+                Some((self.named(base, argument)?, vec![argument]))
             }
             Expression::Math { fun, arg, arg1, arg2, .. } => {
                 let mut arguments: Vec<_> = [Some(arg), arg1, arg2].into_iter().flatten().collect();
@@ -229,7 +228,7 @@ impl Types<'_> {
                 if fun == MathFunction::Mix && function != self.named(base, last)? {
                     function.push_str("_by_one");
                 }
-                Some(Call { function, arguments })
+                Some((function, arguments))
             }
             _ => None,
         }
@@ -376,12 +375,12 @@ fn rewrite(
             if let Some([first, last]) = computed.take() {
                 rewritten.push(Statement::Emit(naga::Range::new_from_bounds(first, last)), span);
             }
-            let call = Statement::Call {
+            let statement = Statement::Call {
                 function: results[&handle],
                 arguments: call.arguments.clone(),
                 result: Some(handle),
             };
-            rewritten.push(call, span);
+            rewritten.push(statement, call.span);
         }
         if let Some([first, last]) = computed {
             rewritten.push(Statement::Emit(naga::Range::new_from_bounds(first, last)), span);

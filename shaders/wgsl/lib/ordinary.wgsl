@@ -1,8 +1,8 @@
 // WGSL's own functions and operators that devices compute in different ways, written from exactly rounded operations.
-// A kernel whose parts use one gets the functions that stand for it here: wgsl_ and the name that naga has for it.
-// Errors are maxima over every float of the range, in units in the last place (ulp) unless said otherwise;
-// docs/numerics.md has how the constants were found, tests/library/ordinary.rs measures the errors again. Outside its
-// range a function still has the same bits everywhere.
+// A kernel whose parts use one gets the function that stands for it: wgsl_ and its name.
+// Errors are maxima over the range, in units in the last place (ulp) unless said otherwise; docs/numerics.md lists them,
+// and shaders/native/tests/native/ordinary.rs measures them again. Outside its range a function still has the same bits
+// everywhere.
 
 // a / b for |a| and |b| of 0 or from 2^-126. Error 0.5 ulp, so that a quotient that is a float is exact. Quotients
 // beyond the range of floats are the greatest float, those below 2^-126 are 0; a / 0 is as of b = 2^-127.

@@ -202,8 +202,8 @@ fn files(place: &Place) {
     place.write("wide.toml", wide);
     let head = "struct TaskState {\n    heat: f32,\n}\nfn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {\n    return TaskState(0.0f);\n}\n";
     for (name, body) in [
-        ("division", "return Reward(f32(7u / 2u), before);"),
-        ("suffix", "return Reward(0.5, before);"),
+        ("constant", "return Reward(cos(0.5), before);"),
+        ("suffix", "return Reward(sinh(0.5), before);"),
         ("misspelt", "return Reward(hihgest(episode), before);"),
         ("glsl", "float x = 1.0f;\n    return Reward(x, before);"),
         ("no-field", "return Reward(now.speed, before);"),

@@ -188,7 +188,7 @@ impl Writer {
             29 => format!("atan2({a}, 0.1 + abs({b}))"),
             30 => format!("pow(0.5 + fract({a}), 1.5)"),
             31 => format!("mix({a}, {b}, 0.25)"),
-            32 => format!("array<f32, 3>({a}, {b}, 1.0)[{}]", self.unsigned(depth - 1)),
+            32 => format!("array<f32, 3>({a}, {b}, 1.0)[{} % 3u]", self.unsigned(depth - 1)),
             22 if self.helpers > 0 && self.has_life => {
                 let helper = self.draw.below(self.helpers);
                 format!("{}_helper_{helper}(episode, {a}, {b})", self.word())
