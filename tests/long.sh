@@ -30,6 +30,9 @@ tests/machine-code.sh --release
 
 say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test compiler --test native --test library -- random:: mutants::
+
+say "every float of each function of ordinary WGSL"
+long --test native ordinary:: -- --nocapture
 long -p oneiro-lab --lib mutants
 
 say "every key in every place that takes it"

@@ -7,7 +7,13 @@ use std::{env, fs, io};
 fn main() {
     let package = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it"));
     let mut hasher = blake3::Hasher::new();
-    for path in ["src", "../compiler/src", "../src/lanes", "../wgsl/lib", "../../Cargo.lock"] {
+    for path in [
+        "src",
+        "../compiler/src",
+        "../src/lanes",
+        "../wgsl/lib",
+        "../../Cargo.lock",
+    ] {
         add(&mut hasher, &package.join(path));
     }
     println!("cargo::rustc-env=ONEIRO_SHADER_NATIVE={}", hasher.finalize().to_hex());

@@ -1156,10 +1156,7 @@ fn within() {}
 }
 ";
     let refused = refusal(Kind::Task, compiled);
-    let expected = [
-        ("2:27", Rule::FiniteConstants),
-        ("3:5", Rule::LoopWithoutBound),
-    ];
+    let expected = [("2:27", Rule::FiniteConstants), ("3:5", Rule::LoopWithoutBound)];
     assert_eq!(places(&refused), expected.map(|(place, _)| place), "{refused}");
     assert_eq!(broken(&refused), expected.map(|(_, rule)| rule));
 }

@@ -22,6 +22,7 @@ features! {
     members: "members",
     network: "network",
     observed: "observed",
+    ordinary: "ordinary",
     missions: "reference",
     state_machine: "state-machines",
     varied: "varied",

@@ -62,6 +62,7 @@ mod numerics;
 #[cfg(feature = "compose")]
 mod observed;
 mod operations;
+mod ordinary;
 mod parity;
 mod pool;
 #[cfg(feature = "rapier")]

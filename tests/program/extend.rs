@@ -114,11 +114,17 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
         ),
         (
             "    return Reward(sqrt(now.moved.left - 2.0), before);",
-            &["own.wgsl:11:19: sqrt(-", "f) is out of its range, which is 0, and from 1.2e-38, in 6 of 6"],
+            &[
+                "own.wgsl:11:19: sqrt(-",
+                "f) is out of its range, which is 0, and from 1.2e-38, in 6 of 6",
+            ],
         ),
         (
             "    return Reward(acos(now.moved.left + 2.0), before);",
-            &["own.wgsl:11:19: acos(", "f) is out of its range, which is -1 to 1, in 6 of 6"],
+            &[
+                "own.wgsl:11:19: acos(",
+                "f) is out of its range, which is -1 to 1, in 6 of 6",
+            ],
         ),
         (
             "    return Reward(share(0.0f), before);",
@@ -1009,9 +1015,18 @@ fn the_problems_of_all_parts_are_shown_at_once() {
     );
     change("goal.wgsl", "{\n    let", "{\n    let unused = sinh(0.5);\n    let");
     let refused = place.run(&["check", "all.toml"]).exits(3);
-    let refused = refused.says(&["eyes.wgsl:", "[finite-constants]", "brain.wgsl:", "[loop-without-bound]"]);
+    let refused = refused.says(&[
+        "eyes.wgsl:",
+        "[finite-constants]",
+        "brain.wgsl:",
+        "[loop-without-bound]",
+    ]);
     assert_eq!(
-        refused.says(&["goal.wgsl:", "[exact-functions]"]).stderr.lines().count(),
+        refused
+            .says(&["goal.wgsl:", "[exact-functions]"])
+            .stderr
+            .lines()
+            .count(),
         3
     );
 }
@@ -1064,7 +1079,8 @@ fn rules_are_explained() {
     assert_eq!(known, names);
     // An unknown name is answered with all, the nearest first.
     let unknown = place.run(&["check", "--explain", "exact-function"]).exits(3);
-    let unknown = unknown.says(&["--explain: there is no rule `exact-function`; did you mean exact-functions? (allowed: "]);
+    let unknown =
+        unknown.says(&["--explain: there is no rule `exact-function`; did you mean exact-functions? (allowed: "]);
     // Whatever is asked, the rules are in one order.
     let order = |ran: &str| {
         ran[ran.find("allowed: ").unwrap()..]
@@ -1077,7 +1093,9 @@ fn rules_are_explained() {
     assert!(!other.stderr.contains("did you mean"), "{}", other.stderr);
     unknown.says(&names);
     place.run(&["check"]).exits(2);
-    place.run(&["check", "some.toml", "--explain", "exact-functions"]).exits(2);
+    place
+        .run(&["check", "some.toml", "--explain", "exact-functions"])
+        .exits(2);
 }
 
 /// Machine code is kept in the user's cache, and made again where that is damaged.

@@ -319,9 +319,15 @@ pub(crate) fn constants(module: &Module, function: &Function, expression: Handle
             _ => Vec::new(),
         },
         Expression::Compose { components, .. } => {
-            let each = components.iter().map(|component| constants(module, function, *component));
+            let each = components
+                .iter()
+                .map(|component| constants(module, function, *component));
             let all: Vec<_> = each.collect();
-            if all.iter().any(Vec::is_empty) { Vec::new() } else { all.concat() }
+            if all.iter().any(Vec::is_empty) {
+                Vec::new()
+            } else {
+                all.concat()
+            }
         }
         Expression::Splat { value, .. } => constants(module, function, *value),
         _ => Vec::new(),

@@ -483,7 +483,7 @@ impl<'a> Lowering<'a> {
             S::Store { pointer, value } => {
                 let place = self.place(call, *pointer)?;
                 if let Place::Arrays(arrays) = place {
-                        let values = self.all_scalars(call, *value)?;
+                    let values = self.all_scalars(call, *value)?;
                     for (at, value) in values.iter().enumerate() {
                         let index = self.constant((at / arrays.len()) as u32, Ty::U32);
                         let array = arrays[at % arrays.len()];
@@ -880,7 +880,8 @@ impl<'a> Lowering<'a> {
                 return Ok(Lowered::Scalars(self.one_of(elements, index)));
             }
             Lowered::Place(_) => {
-                let message = "an index that is computed stands in another one here; copy the inner array: `var a = all[i];`";
+                let message =
+                    "an index that is computed stands in another one here; copy the inner array: `var a = all[i];`";
                 return self.refuse(span, call, Rule::IndexedArrays, message);
             }
         };
@@ -963,7 +964,9 @@ impl<'a> Lowering<'a> {
                 ..address
             })),
             Lowered::Place(Place::OneOf(elements, at)) => {
-                let each = elements.into_iter().map(|element| element[first..first + count].to_vec());
+                let each = elements
+                    .into_iter()
+                    .map(|element| element[first..first + count].to_vec());
                 Lowered::Place(Place::OneOf(each.collect(), at))
             }
             Lowered::Place(Place::Buffer { .. }) => {

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
-    BinaryOperator, Block, Expression, Function, Handle, MathFunction, Module, RelationalFunction, ScalarKind,
-    Span, Statement, TypeInner,
+    BinaryOperator, Block, Expression, Function, Handle, MathFunction, Module, RelationalFunction, ScalarKind, Span,
+    Statement, TypeInner,
 };
 use oneiro_shader_parts::PARTS;
 
@@ -128,12 +128,22 @@ pub(crate) fn folded(source: &Source, module: &Module) -> Refusals {
     for function in functions.chain(entries) {
         for (handle, expression) in function.expressions.iter() {
             if matches!(expression, Expression::Math { .. }) {
-                computed.extend(function.expressions.get_span(handle).to_range().map(|range| range.start));
+                computed.extend(
+                    function
+                        .expressions
+                        .get_span(handle)
+                        .to_range()
+                        .map(|range| range.start),
+                );
             }
         }
     }
     let text = blank_comments(&source.text);
-    let declared: BTreeSet<_> = module.functions.iter().filter_map(|(_, function)| function.name.clone()).collect();
+    let declared: BTreeSet<_> = module
+        .functions
+        .iter()
+        .filter_map(|(_, function)| function.name.clone())
+        .collect();
     let is_folded = |(at, word): &(usize, &str)| {
         NOT_OF_CONSTANTS.contains(word)
             && !declared.contains(*word)
@@ -167,7 +177,14 @@ fn calls(module: &Module, function: &Function, info: &FunctionInfo) -> BTreeMap<
         let (name, arguments) = Types { module, function, info }.call(expression)?;
         let span = function.expressions.get_span(handle);
         let function = name;
-        Some((handle, Call { function, arguments, span }))
+        Some((
+            handle,
+            Call {
+                function,
+                arguments,
+                span,
+            },
+        ))
     };
     function.expressions.iter().filter_map(call).collect()
 }
@@ -214,7 +231,9 @@ impl Types<'_> {
                 };
                 Some((self.named(base, argument)?, vec![argument]))
             }
-            Expression::Math { fun, arg, arg1, arg2, .. } => {
+            Expression::Math {
+                fun, arg, arg1, arg2, ..
+            } => {
                 let mut arguments: Vec<_> = [Some(arg), arg1, arg2].into_iter().flatten().collect();
                 let mut base = self.function(fun, arg)?;
                 if fun == MathFunction::Pow
@@ -235,7 +254,12 @@ impl Types<'_> {
     }
 
     /// The name of an operator that the library computes.
-    fn operator(&self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Option<&'static str> {
+    fn operator(
+        &self,
+        op: BinaryOperator,
+        left: Handle<Expression>,
+        right: Handle<Expression>,
+    ) -> Option<&'static str> {
         let kind = self.inner(left).scalar_kind()?;
         let is_signed = matches!(kind, ScalarKind::Float | ScalarKind::Sint);
         match op {
@@ -355,7 +379,9 @@ fn rewrite(
                     rewrite(reject, calls, results);
                 }
                 Statement::Switch { cases, .. } => {
-                    cases.iter_mut().for_each(|case| rewrite(&mut case.body, calls, results));
+                    for case in cases {
+                        rewrite(&mut case.body, calls, results);
+                    }
                 }
                 Statement::Loop { body, continuing, .. } => {
                     rewrite(body, calls, results);
@@ -434,9 +460,16 @@ fn of_vectors(name: &str, shipped: &BTreeMap<&str, String>) -> String {
     let size: usize = size.parse().expect("vectors have a number of components");
     let components = &["x", "y", "z", "w"][..size];
     let joined = |each: &dyn Fn(&str) -> String, with: &str| {
-        components.iter().map(|component| each(component)).collect::<Vec<_>>().join(with)
+        components
+            .iter()
+            .map(|component| each(component))
+            .collect::<Vec<_>>()
+            .join(with)
     };
-    let scalar = base.rsplit_once('_').map(|(_, ty)| ty).filter(|ty| ["i32", "u32"].contains(ty));
+    let scalar = base
+        .rsplit_once('_')
+        .map(|(_, ty)| ty)
+        .filter(|ty| ["i32", "u32"].contains(ty));
     let ty = format!("vec{size}<{}>", scalar.unwrap_or("f32"));
     let dot = format!("wgsl_dot_vec{size}");
     let (parameters, result, value) = match base {
@@ -476,7 +509,9 @@ fn of_vectors(name: &str, shipped: &BTreeMap<&str, String>) -> String {
         }
         _ => {
             let head = shipped.get(base).and_then(|text| text.split_once('('));
-            let (head, _) = head.and_then(|(_, rest)| rest.split_once(')')).expect("the library has it");
+            let (head, _) = head
+                .and_then(|(_, rest)| rest.split_once(')'))
+                .expect("the library has it");
             let parameters: Vec<_> = head
                 .split(", ")
                 .filter_map(|parameter| parameter.split_once(": "))

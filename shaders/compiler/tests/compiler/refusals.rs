@@ -146,15 +146,27 @@ const ORDINARY: [(&str, &str); 34] = [
 /// A constant would have the bits of the library of the machine that compiles.
 #[test]
 fn functions_of_constants() {
-    for (name, argument) in [("sin", "1.0"), ("exp", "1.0f"), ("atan2", "1.0, 2"), ("pow", "2.0, 0.5"), ("log2", "vec2(3.0)")] {
+    for (name, argument) in [
+        ("sin", "1.0"),
+        ("exp", "1.0f"),
+        ("atan2", "1.0, 2"),
+        ("pow", "2.0, 0.5"),
+        ("log2", "vec2(3.0)"),
+    ] {
         let words = format!("`{name}` of a constant");
         refused(&format!("let a = {name}({argument});"), &words);
         refused(&format!("let b = 2.0 * {name} ({argument});"), &words);
         refused_outside(&format!("const K = {name}({argument});"), &words);
         refused_outside(&format!("fn unused() {{ _ = {name}({argument}); }}"), &words);
     }
-    refused("switch (u) { case u32(exp(1.0)): { return; } default: {} }", "`exp` of a constant");
-    refused("var a: array<f32, u32(exp(1.0))>; out[lane] = a[0];", "`exp` of a constant");
+    refused(
+        "switch (u) { case u32(exp(1.0)): { return; } default: {} }",
+        "`exp` of a constant",
+    );
+    refused(
+        "var a: array<f32, u32(exp(1.0))>; out[lane] = a[0];",
+        "`exp` of a constant",
+    );
     refused("const_assert sin(1.0) < 1.0;", "`sin` of a constant");
 }
 
@@ -448,7 +460,10 @@ fn everything_is_refused_at_once() {
         (3, SameIndex),
         (4, LoopWithoutBound),
     ];
-    assert_eq!(all_refused(&loops), [first, (1, FiniteConstants), constant, index, last]);
+    assert_eq!(
+        all_refused(&loops),
+        [first, (1, FiniteConstants), constant, index, last]
+    );
     assert_eq!(all_refused(&["", "", loops[2], loops[3]]), [index, last]);
     // A syntax error only hides what the text alone doesn't show.
     let unparsed = ["out[lane] = sine(y);", "out[lane] = sinh(x);"];

@@ -61,7 +61,13 @@ fn cases() -> Vec<Case> {
         case("log2(x)", |x, _| x.log2(), [LEAST, MOST], false, 1.8),
         case("pow(x, 3.0)", |x, _| x.powi(3), [1e-12, 1e12], true, 1.4),
         case("pow(x, -2.0)", |x, _| x.powi(-2), [1e-18, 1e18], true, 1.6),
-        case("length(vec3(x, y, y))", |x, y| (x * x + 2.0 * y * y).sqrt(), [1e-18, 1e18], true, 1.2),
+        case(
+            "length(vec3(x, y, y))",
+            |x, y| (x * x + 2.0 * y * y).sqrt(),
+            [1e-18, 1e18],
+            true,
+            1.2,
+        ),
     ]
 }
 
@@ -101,7 +107,10 @@ fn results(wgsl: &str, xs: &[f32], y: f32) -> Vec<f32> {
     };
     let count = words.len();
     let buffers = run(&native, vec![words, vec![y.to_bits()], vec![0; count]], &extent, TURNS).expect("it ends");
-    buffers[2][..xs.len()].iter().map(|word| f32::from_bits(*word)).collect()
+    buffers[2][..xs.len()]
+        .iter()
+        .map(|word| f32::from_bits(*word))
+        .collect()
 }
 
 /// The maximum error of a function, and where it is.
@@ -110,13 +119,19 @@ fn error(case: &Case, stride: usize) -> (f64, [f32; 2]) {
     let signs: &[u32] = if case.is_signed { &[0, 1 << 31] } else { &[0] };
     for y in case.others {
         for sign in signs {
-            let all: Vec<u32> = (case.range[0].to_bits()..=case.range[1].to_bits()).step_by(stride).collect();
+            let all: Vec<u32> = (case.range[0].to_bits()..=case.range[1].to_bits())
+                .step_by(stride)
+                .collect();
             for some in all.chunks(1 << 20) {
                 let xs: Vec<_> = some.iter().map(|bits| f32::from_bits(bits | sign)).collect();
                 for (x, result) in xs.iter().zip(results(case.wgsl, &xs, *y)) {
                     let truth = (case.truth)(f64::from(*x), f64::from(*y));
                     let is_possible = (f64::from(LEAST)..=f64::from(MOST)).contains(&truth.abs());
-                    assert!(result.is_finite() && !result.is_subnormal(), "{} at {x:e}: {result:e}", case.wgsl);
+                    assert!(
+                        result.is_finite() && !result.is_subnormal(),
+                        "{} at {x:e}: {result:e}",
+                        case.wgsl
+                    );
                     let error = (f64::from(result) - truth).abs() / unit(truth);
                     if is_possible && error > most.0 {
                         most = (error, [*x, *y]);
@@ -130,7 +145,11 @@ fn error(case: &Case, stride: usize) -> (f64, [f32; 2]) {
 
 #[test]
 fn errors_are_as_stated() {
-    let stride = if std::env::var_os("ONEIRO_LONG").is_some() { 1 } else { 10_007 };
+    let stride = if std::env::var_os("ONEIRO_LONG").is_some() {
+        1
+    } else {
+        10_007
+    };
     let mut problems = Vec::new();
     for case in cases() {
         let (error, [x, y]) = error(&case, stride);
@@ -147,18 +166,43 @@ fn errors_are_as_stated() {
 #[test]
 fn special_values() {
     for (wgsl, xs, y, expected) in [
-        ("x / y", &[6.0_f32, 0.0, -7.5, 1e38, 1e-38][..], 3.0_f32, &[2.0_f32, 0.0, -2.5, 1e38 / 3.0, 0.0][..]),
+        (
+            "x / y",
+            &[6.0_f32, 0.0, -7.5, 1e38, 1e-38][..],
+            3.0_f32,
+            &[2.0_f32, 0.0, -2.5, 1e38 / 3.0, 0.0][..],
+        ),
         ("x / y", &[1e38, -1e38, 1.0], 1e-10, &[f32::MAX, -f32::MAX, 1e10]),
         ("x / 0.0", &[0.0, 1.0], 0.0, &[0.0, 1.701_411_8e38]),
         ("x % y", &[7.5, -7.5, 6.0], 2.0, &[1.5, -1.5, 0.0]),
-        ("sqrt(x)", &[0.0, 9.0, 2.25, 1e10, -4.0], 0.0, &[0.0, 3.0, 1.5, 1e5, 0.0]),
+        (
+            "sqrt(x)",
+            &[0.0, 9.0, 2.25, 1e10, -4.0],
+            0.0,
+            &[0.0, 3.0, 1.5, 1e5, 0.0],
+        ),
         ("exp2(x)", &[0.0, 10.0, -3.0, -200.0], 0.0, &[1.0, 1024.0, 0.125, LEAST]),
         ("log2(x)", &[1.0, 1024.0, 0.125], 0.0, &[0.0, 10.0, -3.0]),
         ("exp(x) + log(x + 1.0)", &[0.0], 0.0, &[1.0]),
-        ("acos(x)", &[1.0, -1.0, 2.0, 0.0], 0.0, &[0.0, PI as f32, 0.0, FRAC_PI_2 as f32]),
-        ("atan2(x, y)", &[0.0, 1.0, -1.0], 0.0, &[0.0, FRAC_PI_2 as f32, -FRAC_PI_2 as f32]),
+        (
+            "acos(x)",
+            &[1.0, -1.0, 2.0, 0.0],
+            0.0,
+            &[0.0, PI as f32, 0.0, FRAC_PI_2 as f32],
+        ),
+        (
+            "atan2(x, y)",
+            &[0.0, 1.0, -1.0],
+            0.0,
+            &[0.0, FRAC_PI_2 as f32, -FRAC_PI_2 as f32],
+        ),
         ("atan2(x, y)", &[0.0, 1.0], -1.0, &[PI as f32, 2.356_194_5]),
-        ("round(x)", &[0.5, 1.5, 2.5, -0.5, -1.5, -2.6, 1e9], 0.0, &[0.0, 2.0, 2.0, 0.0, -2.0, -3.0, 1e9]),
+        (
+            "round(x)",
+            &[0.5, 1.5, 2.5, -0.5, -1.5, -2.6, 1e9],
+            0.0,
+            &[0.0, 2.0, 2.0, 0.0, -2.0, -3.0, 1e9],
+        ),
         ("ceil(x)", &[0.2, -0.2, 3.0], 0.0, &[1.0, 0.0, 3.0]),
         ("fract(x)", &[1.25, -1.25], 0.0, &[0.25, 0.75]),
         ("sign(x)", &[3.0, -3.0, 0.0], 0.0, &[1.0, -1.0, 0.0]),
@@ -178,7 +222,12 @@ fn special_values() {
         ("f32(i32(x) % i32(y))", &[7.0, -7.0], -2.0, &[1.0, -1.0]),
         ("f32(1u << u32(x))", &[3.0, 35.0], 0.0, &[8.0, 8.0]),
         ("f32(x > y)", &[1.0, -1.0], 0.0, &[1.0, 0.0]),
-        ("f32(any(vec2(x, y) > vec2(0.0))) + 2.0 * f32(all(vec2(x, y) > vec2(0.0)))", &[1.0, -1.0], 0.0, &[1.0, 0.0]),
+        (
+            "f32(any(vec2(x, y) > vec2(0.0))) + 2.0 * f32(all(vec2(x, y) > vec2(0.0)))",
+            &[1.0, -1.0],
+            0.0,
+            &[1.0, 0.0],
+        ),
     ] {
         let found = results(wgsl, xs, y);
         let is_equal = found.iter().zip(expected).all(|(found, expected)| found == expected);

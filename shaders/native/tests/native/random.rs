@@ -14,7 +14,8 @@ const PLAN: Plan = Plan {
     // An emulated processor takes a second for each.
     least: if cfg!(target_arch = "x86_64") { 60 } else { 24 },
     patience: Duration::from_secs(8),
-    long: 75,
+    // A hundred thousand kernels.
+    long: 167,
 };
 
 /// A call at the maximum number of lanes, in the second workgroup.

@@ -185,7 +185,10 @@ pub(super) fn checked(mut parts: Vec<Part>) -> Vec<Part> {
         text: (*text).into(),
     });
     parts.splice(0..0, ordinary);
-    for part in parts.iter_mut().filter(|part| [NUMERICS, ORDINARY].contains(&part.path.as_str())) {
+    for part in parts
+        .iter_mut()
+        .filter(|part| [NUMERICS, ORDINARY].contains(&part.path.as_str()))
+    {
         for range in &RANGES {
             let head = part.text.find(&range.head());
             let Some(body) = head.and_then(|head| Some(head + part.text[head..].find('{')? + 1)) else {
@@ -207,7 +210,5 @@ pub(super) fn breach(place: &Place, what: &str) -> Option<String> {
     let line = text.lines().nth(place.line - 1)?;
     let Range { call, words, .. } = RANGES.iter().find(|range| line.starts_with(&range.head()))?;
     let argument = f32::from_bits(bits);
-    Some(format!(
-        "{call}{argument:?}f) is out of its range, which is {words}"
-    ))
+    Some(format!("{call}{argument:?}f) is out of its range, which is {words}"))
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{
-    Declaration, accesses, built_in, calls, declarations, indexed, members, names, ordinary, parameters_at, signature, uses,
-    word_at,
+    Declaration, accesses, built_in, calls, declarations, indexed, members, names, ordinary, parameters_at, signature,
+    uses, word_at,
 };
 use oneiro_shader_compiler::{Allowed, Place, Refusal, Refusals, Rule};
 use oneiro_shader_parts::PARTS;
