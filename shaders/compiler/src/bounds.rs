@@ -1,7 +1,8 @@
 //! Upper bounds of the turns of a kernel's loops, known before it runs. A software driver may leave loops silently after a number
 //! of turns, so whoever dispatches a kernel must know them.
 //!
-//! A loop counts a variable up to an end: `for (var i = start; i < end; i++)`, with any constant step. The end is computed from
+//! A loop counts a variable from a constant to another one, or up to an end: `for (var i = start; i < end; i++)`, with any constant
+//! step. The end is computed from
 //! constants and from words that the host knows: those of the uniform buffer, which it sets for each dispatch, of the
 //! episode's element of `worlds`, and of other read-only buffers at indices with such a bound. It must have an upper
 //! limit, so a word is written as `min(word, GREATEST)`. Any other loop is refused.
@@ -290,18 +291,97 @@ enum Start {
     Constant(u64),
 }
 
-/// A loop that counts.
-struct Counted<'a> {
+/// A loop that counts up.
+struct Counted {
     counter: Variable,
     /// What is added to the counter at the end of each turn.
     step: u64,
     /// The value that the counter stays below or (`or_equal`) doesn't exceed.
     end: Value,
     or_equal: bool,
-    /// Statements before the test, the test with those that follow it, and those that count.
+}
+
+/// How long a loop turns.
+struct Limits {
+    counter: Variable,
+    turns: Bound,
+    /// Upper bounds of the counter before the test, between the test and the counting, and in the counting.
+    most: [Option<Bound>; 3],
+}
+
+/// The parts of a `for`: statements before its test, the test with those that follow it, and those that count.
+struct Form<'a> {
     before_test: &'a [Statement],
     tested: &'a [Statement],
     counting: &'a [Statement],
+    /// Whether it goes on.
+    condition: Value,
+}
+
+impl<'a> Form<'a> {
+    fn of(label: Label, body: &'a [Statement]) -> Option<Self> {
+        // A `for` tests first, in the block that `continue` leaves, and counts after that block.
+        let [
+            Statement::Labeled {
+                body: tested,
+                label: next,
+                function: None,
+            },
+            counting @ ..,
+        ] = body
+        else {
+            return None;
+        };
+        let position = tested.iter().position(|statement| {
+            let Statement::If { accept, reject, .. } = statement else {
+                return false;
+            };
+            accept.is_empty() && matches!(reject.as_slice(), [Statement::Exit(left)] if *left == label)
+        })?;
+        let mut skips = false;
+        let (before_test, tested) = tested.split_at(position);
+        visit(before_test, &mut |statement| {
+            skips |= matches!(statement, Statement::Exit(left) if left == next);
+        });
+        let Statement::If { condition, .. } = tested[0] else {
+            return None;
+        };
+        (!skips).then_some(Self {
+            before_test,
+            tested,
+            counting,
+            condition,
+        })
+    }
+
+    /// The tests that all hold if it goes on.
+    fn tests(&self, program: &Program) -> Vec<Value> {
+        let mut all = Vec::new();
+        let mut rest = vec![self.condition];
+        while let Some(test) = rest.pop() {
+            match program.op(test) {
+                Op::Binary(Binary::And, a, b) => rest.extend([b, a]),
+                _ => all.push(test),
+            }
+        }
+        all
+    }
+
+    /// Whether a variable is read anew for each test, and changed only where the loop counts.
+    fn leaves(&self, counter: Variable, read: Value) -> bool {
+        sets(self.before_test, read) && !changes(self.before_test, counter) && !changes(self.tested, counter)
+    }
+}
+
+/// A comparison with its operands in the other order.
+fn flipped(op: Binary) -> Binary {
+    match op {
+        Binary::Less => Binary::Greater,
+        Binary::LessEqual => Binary::GreaterEqual,
+        Binary::Greater => Binary::Less,
+        Binary::GreaterEqual => Binary::LessEqual,
+        other => other,
+    }
 }
 
 /// What to write instead of a loop that nothing bounds, given its text.
@@ -311,16 +391,11 @@ fn instead(text: &str) -> &'static str {
         return "bound it by a number, and test inside: `for (var i = 0u; i < 40u; i++) { if (condition) { .. } }`";
     };
     let head = head.split('{').next().unwrap_or_default();
-    let first = head.split(';').next().unwrap_or_default();
-    let (_, value) = first.split_once('=').unwrap_or_default();
-    let is_signed = first.contains("i32") || value.trim().bytes().all(|byte| byte.is_ascii_digit());
     if head.contains("--") || head.contains("-=") {
-        "count upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`"
-    } else if is_signed && first.contains('=') {
-        "its counter is an i32, and has to be a u32: `for (var i = 0u; i < 3u; i++)`"
+        "count down from a constant to a constant, or upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`"
     } else {
-        "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a visible maximum, such as \
-         `min(x, 8u)`"
+        "write `for (var i = start; i < end; i += step)`, where `start` and `end` are constants, or `i` is a u32 and `end` has a \
+         visible maximum, such as `min(x, 8u)`"
     }
 }
 
@@ -365,35 +440,17 @@ impl Analysis<'_> {
     /// The turns of a loop and of all loops in it; `None` if nothing bounds it. `before` has the statements before it in its
     /// block.
     fn repeated(&mut self, label: Label, body: &[Statement], before: &[Statement]) -> Option<Bound> {
-        let found = self.counted(label, body)?;
-        let mut end = self.upper(found.end)?;
-        if found.or_equal {
-            end = end.sum(Bound::Constant(1));
-        }
-        let start = self.start(found.counter, before);
-        let distance = self.distance(&found, start, end.clone());
-        distance.most(&self.uniforms)?;
-        // Else the counter might start again from 0.
-        let is_safe = |most: u64| u32::try_from(most.saturating_add(found.step)).is_ok();
-        if (found.step > 1 || found.or_equal) && !end.most(&self.uniforms).is_some_and(is_safe) {
-            return None;
-        }
-        let turns = distance.in_steps_of(found.step);
-        // Once it has counted, the counter may be a step beyond its end; at the first test it may be anywhere.
-        let beyond = end.clone().sum(Bound::Constant(found.step));
-        let first = start.and_then(|start| match start {
-            Start::Value(value) => self.upper(value),
-            Start::Constant(bits) => Some(Bound::Constant(bits)),
-        });
-        let at_test = first.map(|first| Bound::Greatest(Box::new(beyond.clone()), Box::new(first)));
+        let form = Form::of(label, body)?;
+        let limits = self.limits(&form, before).or_else(|| self.fixed(&form, before))?;
+        let Limits { counter, turns, most } = limits;
         let [test, tested, counting] = [
-            (found.before_test, at_test),
-            (found.tested, Some(end)),
-            (found.counting, Some(beyond)),
+            (form.before_test, most[0].clone()),
+            (form.tested, most[1].clone()),
+            (form.counting, most[2].clone()),
         ]
         .map(|(statements, most)| {
             if let Some(most) = most {
-                self.bound_reads(statements, found.counter, &most);
+                self.bound_reads(statements, counter, &most);
             }
             self.block(statements)
         });
@@ -406,6 +463,104 @@ impl Analysis<'_> {
         let tests = turns.clone().sum(Bound::Constant(1));
         let each = tested.sum(counting);
         Some(tests.clone().sum(tests.product(test)).sum(turns.product(each)))
+    }
+
+    /// The limits of a loop that counts up to an end that has a bound.
+    fn limits(&self, form: &Form<'_>, before: &[Statement]) -> Option<Limits> {
+        let found = self.counted(form)?;
+        let mut end = self.upper(found.end)?;
+        if found.or_equal {
+            end = end.sum(Bound::Constant(1));
+        }
+        let start = self.start(found.counter, before);
+        let distance = self.distance(&found, start, end.clone());
+        distance.most(&self.uniforms)?;
+        // Else the counter might start again from 0.
+        let is_safe = |most: u64| u32::try_from(most.saturating_add(found.step)).is_ok();
+        if (found.step > 1 || found.or_equal) && !end.most(&self.uniforms).is_some_and(is_safe) {
+            return None;
+        }
+        // Once it has counted, the counter may be a step beyond its end; at the first test it may be anywhere.
+        let beyond = end.clone().sum(Bound::Constant(found.step));
+        let first = start.and_then(|start| match start {
+            Start::Value(value) => self.upper(value),
+            Start::Constant(bits) => Some(Bound::Constant(bits)),
+        });
+        let at_test = first.map(|first| Bound::Greatest(Box::new(beyond.clone()), Box::new(first)));
+        Some(Limits {
+            counter: found.counter,
+            turns: distance.in_steps_of(found.step),
+            most: [at_test, Some(end), Some(beyond)],
+        })
+    }
+
+    /// The limits of a loop that counts from a constant to another one, up or down, with or without signs.
+    fn fixed(&self, form: &Form<'_>, before: &[Statement]) -> Option<Limits> {
+        form.tests(self.program).into_iter().find_map(|test| {
+            let Op::Binary(op, a, b) = self.program.op(test) else {
+                return None;
+            };
+            let (op, read, end) = match (self.program.op(a), self.program.op(b)) {
+                (Op::Read(_), Op::Constant(end)) => (op, a, end),
+                (Op::Constant(end), Op::Read(_)) => (flipped(op), b, end),
+                _ => return None,
+            };
+            let Op::Read(counter) = self.program.op(read) else {
+                return None;
+            };
+            let is_unsigned = match self.program.ty(read) {
+                Ty::U32 => true,
+                Ty::I32 => false,
+                _ => return None,
+            };
+            if !form.leaves(counter, read) {
+                return None;
+            }
+            let number = |bits: u32| {
+                if is_unsigned {
+                    i64::from(bits)
+                } else {
+                    i64::from(bits as i32)
+                }
+            };
+            let start = match self.start(counter, before)? {
+                Start::Value(value) => match self.program.op(value) {
+                    Op::Constant(bits) => bits,
+                    _ => return None,
+                },
+                Start::Constant(bits) => u32::try_from(bits).ok()?,
+            };
+            let (start, end) = (number(start), number(end));
+            let step = match self.step(counter, form.counting)? {
+                (Binary::Add, bits) => number(bits),
+                (_, bits) => -number(bits),
+            };
+            let distance = match op {
+                Binary::Less | Binary::NotEqual if step > 0 => end - start,
+                Binary::LessEqual if step > 0 => end - start + 1,
+                Binary::Greater | Binary::NotEqual if step < 0 => start - end,
+                Binary::GreaterEqual if step < 0 => start - end + 1,
+                _ => return None,
+            };
+            let size = step.abs();
+            if op == Binary::NotEqual && (distance < 0 || distance % size != 0) {
+                return None;
+            }
+            let turns = distance.max(0).unsigned_abs().div_ceil(size.unsigned_abs());
+            // Else the counter would start again from the other end of its range.
+            let last = start + i64::try_from(turns).ok()?.checked_mul(step)?;
+            let is_within = if is_unsigned {
+                u32::try_from(last).is_ok()
+            } else {
+                i32::try_from(last).is_ok()
+            };
+            let most = is_unsigned.then(|| Bound::Constant(start.max(last).unsigned_abs()));
+            is_within.then_some(Limits {
+                counter,
+                turns: Bound::Constant(turns),
+                most: [most.clone(), most.clone(), most],
+            })
+        })
     }
 
     /// Notes the upper bound of a counter where statements read it.
@@ -436,7 +591,7 @@ impl Analysis<'_> {
     }
 
     /// The distance that a counter covers: from its value just before the loop, or from 0, to its end.
-    fn distance(&self, found: &Counted<'_>, start: Option<Start>, end: Bound) -> Bound {
+    fn distance(&self, found: &Counted, start: Option<Start>, end: Bound) -> Bound {
         let start = start.and_then(|start| match start {
             Start::Value(value) => self.exact(value),
             Start::Constant(bits) => Some(Bound::Constant(bits)),
@@ -462,90 +617,45 @@ impl Analysis<'_> {
     }
 
     /// Finds how a loop counts.
-    fn counted<'b>(&self, label: Label, body: &'b [Statement]) -> Option<Counted<'b>> {
-        // A `for` tests first, in the block that `continue` leaves, and counts after that block.
-        let [
-            Statement::Labeled {
-                body: tested,
-                label: next,
-                function: None,
-            },
-            counting @ ..,
-        ] = body
-        else {
-            return None;
-        };
-        let position = tested.iter().position(|statement| {
-            let Statement::If { accept, reject, .. } = statement else {
-                return false;
-            };
-            accept.is_empty() && matches!(reject.as_slice(), [Statement::Exit(left)] if *left == label)
-        })?;
-        let mut skips = false;
-        let (before_test, tested) = tested.split_at(position);
-        visit(before_test, &mut |statement| {
-            skips |= matches!(statement, Statement::Exit(left) if left == next);
-        });
-        let Statement::If { condition, .. } = &tested[0] else {
-            return None;
-        };
-        if skips {
-            return None;
-        }
-        let mut tests = vec![*condition];
-        while let Some(test) = tests.pop() {
-            let (small, large, or_equal) = match self.program.op(test) {
-                Op::Binary(Binary::And, a, b) => {
-                    tests.extend([b, a]);
-                    continue;
-                }
+    fn counted(&self, form: &Form<'_>) -> Option<Counted> {
+        form.tests(self.program).into_iter().find_map(|test| {
+            let (small, end, or_equal) = match self.program.op(test) {
                 Op::Binary(Binary::Less, a, b) | Op::Binary(Binary::Greater, b, a) => (a, b, false),
                 Op::Binary(Binary::LessEqual, a, b) | Op::Binary(Binary::GreaterEqual, b, a) => (a, b, true),
-                _ => continue,
+                _ => return None,
             };
             let Op::Read(counter) = self.program.op(small) else {
-                continue;
+                return None;
             };
-            // A read from before the loop stays the same at every test.
-            if !sets(before_test, small) {
-                continue;
-            }
-            let step = self.step(counter, counting);
-            if let Some(step) = step
-                && self.program.ty(small) == Ty::U32
-                && !changes(before_test, counter)
-                && !changes(tested, counter)
-            {
-                return Some(Counted {
-                    counter,
-                    step,
-                    end: large,
-                    or_equal,
-                    before_test,
-                    tested,
-                    counting,
-                });
-            }
-        }
-        None
+            let (Binary::Add, step) = self.step(counter, form.counting)? else {
+                return None;
+            };
+            let counts = self.program.ty(small) == Ty::U32 && form.leaves(counter, small);
+            counts.then_some(Counted {
+                counter,
+                step: u64::from(step),
+                end,
+                or_equal,
+            })
+        })
     }
 
-    /// The amount that a variable grows by at the end of each turn, if nothing else happens to it there.
-    fn step(&self, counter: Variable, counting: &[Statement]) -> Option<u64> {
+    /// What is added to a variable, or subtracted from it, at the end of each turn, if nothing else happens to it there.
+    fn step(&self, counter: Variable, counting: &[Statement]) -> Option<(Binary, u32)> {
         let mut step = None;
         for (at, statement) in counting.iter().enumerate() {
             match statement {
                 Statement::Write(variable, value) if *variable == counter => {
-                    let Op::Binary(Binary::Add, old, added) = self.program.op(*value) else {
+                    let Op::Binary(op @ (Binary::Add | Binary::Subtract), old, by) = self.program.op(*value) else {
                         return None;
                     };
-                    let (Op::Read(read), Op::Constant(bits)) = (self.program.op(old), self.program.op(added)) else {
+                    let (Op::Read(read), Op::Constant(bits)) = (self.program.op(old), self.program.op(by)) else {
                         return None;
                     };
                     if read != counter || bits == 0 || step.is_some() || !sets(&counting[..at], old) {
                         return None;
                     }
-                    step = Some(u64::from(bits));
+                    step = Some((op, bits));
                 }
                 statement if changes(std::slice::from_ref(statement), counter) => return None,
                 _ => {}

@@ -81,8 +81,7 @@ pub(crate) fn check_source(source: &Source) -> Refusals {
                 continue;
             }
             let message = format!(
-                "`{word}` is not on the list of functions that are exact on every device: {}{}",
-                [&CALLS[..], &ordinary::CALLS].concat().join(", "),
+                "`{word}` is not on the list of functions that are exact on every device{}",
                 instead(word).map_or_else(String::new, |other| format!("; write {other}")),
             );
             let rule = if is_unsupported(word) {

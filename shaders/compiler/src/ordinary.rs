@@ -21,7 +21,7 @@ const LIBRARY: &str = "lib/ordinary.wgsl";
 const NUMERICS: &str = "lib/numerics.wgsl";
 
 /// WGSL's functions that are computed by the library.
-pub(crate) const CALLS: [&str; 34] = [
+pub(crate) const CALLS: [&str; 40] = [
     "sqrt",
     "inverseSqrt",
     "length",
@@ -56,6 +56,12 @@ pub(crate) const CALLS: [&str; 34] = [
     "radians",
     "any",
     "all",
+    "countOneBits",
+    "countLeadingZeros",
+    "countTrailingZeros",
+    "firstLeadingBit",
+    "firstTrailingBit",
+    "reverseBits",
 ];
 /// Those of which a mathematical library computes constants, each in its own way.
 pub(crate) const NOT_OF_CONSTANTS: [&str; 13] = [
@@ -288,6 +294,12 @@ impl Types<'_> {
             return match fun {
                 F::Sign if kind == ScalarKind::Sint => Some("sign"),
                 F::Dot => Some("dot"),
+                F::CountOneBits => Some("countOneBits"),
+                F::CountLeadingZeros => Some("countLeadingZeros"),
+                F::CountTrailingZeros => Some("countTrailingZeros"),
+                F::FirstTrailingBit => Some("firstTrailingBit"),
+                F::ReverseBits => Some("reverseBits"),
+                F::FirstLeadingBit => Some("firstLeadingBit"),
                 _ => None,
             };
         }

@@ -219,15 +219,15 @@ fn sum(a: f32, b: f32) -> f32 {
 "
 
     LoopWithoutBound "loop-without-bound"
-        "Loops have a bound that is known before they run: `for (var i = start; i < end; i += step)`, where `end` is a \
-         constant or has a visible maximum, such as `min(x, 8u)`."
+        "Loops have a bound that is known before they run: they count from a constant to a constant, or a u32 up to an end that has a \
+         visible maximum, such as `min(x, 8u)`."
         why: "Nothing can stop a kernel on a GPU. A loop that doesn't end freezes the screen until the driver resets \
               the device, and the run is lost. Software drivers leave long loops without saying so, and results \
-              differ. So Oneiro must know before the first cycle how often each loop turns at most. The counter is a \
-              u32 that nothing else changes, and `step` a constant. Besides `min(x, 8u)`, `end` may be `x % 8u`, `x & \
-              7u`, a `select` of such, the counter of a loop around it, and sums and products of these. With `<=` or a \
-              step above 1, the maximum of `end` plus the step must be below 2^32 - 1, or the counter could begin \
-              again from 0."
+              differ. So Oneiro must know before the first cycle how often each loop turns at most. Nothing else \
+              changes the counter, and the step is a constant. Besides `min(x, 8u)`, the end of a u32 may be `x % 8u`, \
+              `x & 7u`, a `select` of such, the counter of a loop around it, and sums and products of these. With `<=` \
+              or a step above 1, the maximum of the end plus the step must be below 2^32 - 1, or the counter could \
+              begin again from 0."
         wrong: "\
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;

@@ -323,3 +323,53 @@ fn wgsl_any(x: bool) -> bool {
 fn wgsl_all(x: bool) -> bool {
     return x;
 }
+
+// Bits of integers: sums of neighbouring bits, of twos, of nibbles (Warren, "Hacker's Delight", 2002).
+fn wgsl_countOneBits_u32(x: u32) -> u32 {
+    let twos = x - ((x >> 1u) & 0x55555555u);
+    let nibbles = (twos & 0x33333333u) + ((twos >> 2u) & 0x33333333u);
+    return (((nibbles + (nibbles >> 4u)) & 0x0f0f0f0fu) * 0x01010101u) >> 24u;
+}
+fn wgsl_countTrailingZeros_u32(x: u32) -> u32 {
+    return wgsl_countOneBits_u32(~x & (x - 1u));
+}
+fn wgsl_countLeadingZeros_u32(x: u32) -> u32 {
+    let a = x | (x >> 1u);
+    let b = a | (a >> 2u);
+    let c = b | (b >> 4u);
+    let d = c | (c >> 8u);
+    return wgsl_countOneBits_u32(~(d | (d >> 16u)));
+}
+// 2^32 - 1 if there is none, as WGSL defines it.
+fn wgsl_firstTrailingBit_u32(x: u32) -> u32 {
+    return select(wgsl_countTrailingZeros_u32(x), 0xffffffffu, x == 0u);
+}
+fn wgsl_firstLeadingBit_u32(x: u32) -> u32 {
+    return 31u - wgsl_countLeadingZeros_u32(x);
+}
+fn wgsl_reverseBits_u32(x: u32) -> u32 {
+    let a = ((x >> 1u) & 0x55555555u) | ((x & 0x55555555u) << 1u);
+    let b = ((a >> 2u) & 0x33333333u) | ((a & 0x33333333u) << 2u);
+    let c = ((b >> 4u) & 0x0f0f0f0fu) | ((b & 0x0f0f0f0fu) << 4u);
+    let d = ((c >> 8u) & 0x00ff00ffu) | ((c & 0x00ff00ffu) << 8u);
+    return (d >> 16u) | (d << 16u);
+}
+// Of a negative number, the first bit that is 0.
+fn wgsl_firstLeadingBit_i32(x: i32) -> i32 {
+    return bitcast<i32>(wgsl_firstLeadingBit_u32(bitcast<u32>(select(x, ~x, x < 0))));
+}
+fn wgsl_countOneBits_i32(x: i32) -> i32 {
+    return bitcast<i32>(wgsl_countOneBits_u32(bitcast<u32>(x)));
+}
+fn wgsl_countTrailingZeros_i32(x: i32) -> i32 {
+    return bitcast<i32>(wgsl_countTrailingZeros_u32(bitcast<u32>(x)));
+}
+fn wgsl_countLeadingZeros_i32(x: i32) -> i32 {
+    return bitcast<i32>(wgsl_countLeadingZeros_u32(bitcast<u32>(x)));
+}
+fn wgsl_firstTrailingBit_i32(x: i32) -> i32 {
+    return bitcast<i32>(wgsl_firstTrailingBit_u32(bitcast<u32>(x)));
+}
+fn wgsl_reverseBits_i32(x: i32) -> i32 {
+    return bitcast<i32>(wgsl_reverseBits_u32(bitcast<u32>(x)));
+}

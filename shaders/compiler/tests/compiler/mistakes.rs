@@ -178,21 +178,22 @@ fn habits_from_other_languages_are_answered() {
             "bound it by a number, and test inside: `for (var i = 0u; i < 40u; i++) { if (condition) { .. } }`",
         ),
         (
-            "for (var i = 0; i < 3; i++) {}",
-            "its counter is an i32, and has to be a u32: `for (var i = 0u; i < 3u; i++)`",
+            "for (var i = 0; i < i32(n); i++) {}",
+            "write `for (var i = start; i < end; i += step)`, where `start` and `end` are constants, or `i` is a u32 and \
+             `end` has a visible maximum, such as `min(x, 8u)`",
         ),
         (
-            "for (var i: i32 = 0; i < 3; i++) {}",
-            "its counter is an i32, and has to be a u32: `for (var i = 0u; i < 3u; i++)`",
+            "for (var i: i32 = 0; i < 3; i--) {}",
+            "count down from a constant to a constant, or upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`",
         ),
         (
-            "for (var i = 3u; i > 0u; i--) {}",
-            "count upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`",
+            "for (var i = n; i > 0u; i--) {}",
+            "count down from a constant to a constant, or upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`",
         ),
         (
             "for (var i = 0u; i < n; i++) {}",
-            "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a visible maximum, such \
-             as `min(x, 8u)`",
+            "write `for (var i = start; i < end; i += step)`, where `start` and `end` are constants, or `i` is a u32 and \
+             `end` has a visible maximum, such as `min(x, 8u)`",
         ),
         // Whether anything uses the element or not.
         ("var a: array<f32, 999>; let y = a[n & 1u];", SAME_INDEX),

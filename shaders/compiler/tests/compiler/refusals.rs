@@ -106,7 +106,7 @@ fn ordinary_wgsl_is_taken() {
     assert_eq!(check(&kernel), Ok(()));
 }
 
-const ORDINARY: [(&str, &str); 34] = [
+const ORDINARY: [(&str, &str); 40] = [
     ("sqrt", "x"),
     ("inverseSqrt", "v"),
     ("exp", "x"),
@@ -141,6 +141,12 @@ const ORDINARY: [(&str, &str); 34] = [
     ("reflect", "v, v"),
     ("all", "v < v"),
     ("any", "v < v"),
+    ("countOneBits", "u"),
+    ("countLeadingZeros", "i"),
+    ("countTrailingZeros", "vec2(u)"),
+    ("firstLeadingBit", "i"),
+    ("firstTrailingBit", "u"),
+    ("reverseBits", "i"),
 ];
 
 /// A constant would have the bits of the library of the machine that compiles.
@@ -184,9 +190,6 @@ fn functions() {
         ("pack4x8unorm", "v.xxxx"),
         ("unpack4x8snorm", "u"),
         ("dot4U8Packed", "u, u"),
-        ("countOneBits", "u"),
-        ("firstLeadingBit", "u"),
-        ("reverseBits", "u"),
         ("extractBits", "u, 1u, 2u"),
         ("insertBits", "u, u, 1u, 2u"),
         ("arrayLength", "&words"),
