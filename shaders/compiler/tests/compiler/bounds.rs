@@ -147,7 +147,7 @@ fn loops_that_end_early_turn_no_oftener_than_is_said() {
         ("for (var i = 7u; i > 0u; i--) { sum += i; }", 8),
         ("for (var i = 9u; i >= 3u; i -= 3u) { sum += i; }", 4),
         ("for (var i = 0u; i != 8u; i += 2u) { sum += i; }", 5),
-        ("for (var i = 5; 2 <= i && sum < 90u; i--) { sum += 1u; }", 5),
+        ("for (var i = 5; (2 <= i) & (sum < 90u); i--) { sum += 1u; }", 5),
         ("for (var i = 9; i < 3; i++) { sum += 1u; }", 1),
         (
             "for (var i = 3; i > 0; i--) { for (var k = 0; k < 5; k++) { sum += 1u; } }",
