@@ -1,4 +1,4 @@
-// exact-functions (in the text alone): the length of an array
+// exact-functions: the length of an array
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     var a: array<f32, u32(exp(1.0f))>;

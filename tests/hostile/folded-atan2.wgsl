@@ -1,4 +1,4 @@
-// exact-functions (in the text alone): a constant that is folded by the build machine's library
+// exact-functions: a constant that is folded by the build machine's library
 const C: f32 = atan2(1.0f, 2.0f);
 
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {

@@ -1,4 +1,4 @@
-// exact-functions (in the text alone): the same, with a comment before the bracket
+// exact-functions: the same, with a comment before the bracket
 const C: f32 = sin/* */(1.0f);
 
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {

@@ -1,4 +1,4 @@
-// exact-functions (in the text alone): a value that is folded
+// exact-functions: a value that is folded
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     let c = cos(1.0f);

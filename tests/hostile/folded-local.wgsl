@@ -1,4 +1,4 @@
-// exact-functions (in the text alone): a constant of a function
+// exact-functions: a constant of a function
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     const c = sin(1.0f);
