@@ -1,4 +1,4 @@
-// ascii-source: a folded constant by a blank that naga takes
+// ascii-source (in the text alone): a folded constant by a blank that naga takes
 const C: f32 = sin‎(1.0f);
 
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
