@@ -1,5 +1,5 @@
 //! Ordinary WGSL: what devices compute in different ways becomes calls of functions that are the same everywhere, those of
-//! `lib/ordinary.wgsl`. A kernel that uses none of it is left as it is.
+//! `lib/ordinary.wgsl`. A kernel without any of it stays unchanged.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -76,10 +76,10 @@ struct Call {
     span: Span,
 }
 
-/// Makes calls of whatever a kernel has that its library computes; `None` if there is nothing.
+/// Replaces what the library computes by calls, and puts the library's functions before the kernel; `None` if it computes nothing here.
 ///
 /// # Errors
-/// A function of the kernel that has the name of one of the library's.
+/// A kernel that naga doesn't take together with these functions.
 pub(crate) fn lowered(
     source: &Source,
     module: &Module,
@@ -271,7 +271,7 @@ impl Types<'_> {
         match op {
             BinaryOperator::Divide if is_signed => Some("divide"),
             BinaryOperator::Modulo if is_signed => Some("modulo"),
-            // Counts that are known stay, those that are too large too: they are refused.
+            // Constant counts stay. naga refuses those above 31.
             BinaryOperator::ShiftLeft | BinaryOperator::ShiftRight
                 if !is_masked(self.module, self.function, right)
                     && constants(self.module, self.function, right).is_empty() =>

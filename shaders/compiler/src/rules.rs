@@ -219,7 +219,7 @@ fn sum(a: f32, b: f32) -> f32 {
 "
 
     LoopWithoutBound "loop-without-bound"
-        "Loops have a bound that is known before they run: they count from a constant to a constant, or a u32 up to an end that has a \
+        "Loops have a bound known before they run: they count from a constant to a constant, or a u32 up to an end that has a \
          visible maximum, such as `min(x, 8u)`."
         why: "Nothing can stop a kernel on a GPU. A loop that doesn't end freezes the screen until the driver resets \
               the device, and the run is lost. Software drivers leave long loops without saying so, and results \

@@ -5,7 +5,7 @@
 // everywhere.
 
 // a / b for |a| and |b| of 0 or from 2^-126. Error 0.5 ulp, so that a quotient that is a float is exact. Quotients
-// beyond the range of floats are the greatest float, those below 2^-126 are 0; a / 0 is as of b = 2^-127.
+// beyond the range of floats are the largest float, those below 2^-126 are 0; a / 0 is as of b = 2^-127.
 // Significands in [1, 2) are divided; what the product of two halves of their bits (Dekker, 1971) leaves corrects the
 // quotient, whose exponent is then added.
 fn wgsl_divide(a: f32, b: f32) -> f32 {
