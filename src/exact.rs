@@ -1,7 +1,7 @@
 //! Functions made only of exactly rounded operations, so that values derived with them are the same on every machine,
 //! unlike with the standard library.
 
-/// Ranges of the arguments of functions in `lib/numerics.wgsl` and `lib/ordinary.wgsl`: the smallest number that they take.
+/// Ranges of the arguments of functions in `lib/numerics.wgsl`: the smallest number that they take.
 pub(crate) const LEAST: f32 = f32::MIN_POSITIVE;
 /// The reciprocal's largest argument, 0x1.ep125.
 pub(crate) const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
@@ -9,9 +9,6 @@ pub(crate) const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
 pub(crate) const ROOT_LEAST: f32 = 7.888_609e-31;
 /// The largest argument of cosine and sine, 2^23.
 pub(crate) const TURNS_GREATEST: f32 = 8_388_608.0;
-
-/// The largest argument of sine, cosine and tangent in radians.
-pub(crate) const ANGLE_GREATEST: f32 = 8000.0;
 
 /// Gives zero its one sign.
 pub(crate) fn zero(x: f32) -> f32 {

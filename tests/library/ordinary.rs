@@ -12,7 +12,7 @@ use crate::lives::{batch, world};
 /// Cycles of an episode.
 const CYCLES: u32 = 60;
 /// A software driver takes seconds to compile each.
-const FOR_GPU: usize = 4;
+const FOR_GPU: usize = 6;
 
 /// The worlds of all parts, by their files' names.
 fn worlds() -> Vec<(String, World)> {
@@ -47,7 +47,7 @@ fn worlds() -> Vec<(String, World)> {
 
 pub(crate) fn subjects() -> Vec<Subject> {
     let worlds = worlds();
-    assert!(worlds.len() >= 17, "{} parts", worlds.len());
+    assert!(worlds.len() >= 60, "{} parts", worlds.len());
     let subject = |(at, (name, world)): (usize, (String, World))| {
         let worlds = [world];
         let subject = Subject::new(name, 64, 2, |count| batch(&worlds, count, Some(1))).without_specialising();

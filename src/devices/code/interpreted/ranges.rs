@@ -4,7 +4,7 @@
 use oneiro_shader_compiler::{Part, Place};
 use oneiro_shader_parts::PARTS;
 
-use crate::exact::{ANGLE_GREATEST, LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
+use crate::exact::{LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
 
 /// The parts that have the functions.
 const NUMERICS: &str = "lib/numerics.wgsl";
@@ -38,7 +38,7 @@ const POSITIVE: Range = Range {
 
 /// A function of an angle in radians.
 const ANGLE: Range = Range {
-    greatest: ANGLE_GREATEST,
+    greatest: 8000.0,
     is_signed: true,
     has_zero: true,
     words: "up to 8,000 radians, of both signs",
