@@ -1,4 +1,4 @@
-//! Parts written from knowledge of WGSL alone, in `tests/ordinary`: each compiles as it is, and has the same bits on every device.
+//! Parts written from knowledge of WGSL alone, in `tests/ordinary`: each compiles unchanged, and has the same bits on every device.
 
 use std::path::Path;
 use std::sync::Arc;

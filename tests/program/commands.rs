@@ -75,7 +75,7 @@ fn csv(values: &[f32], columns: usize) -> String {
 #[test]
 fn help_is_quick() {
     let place = Place::new("help");
-    // Other tests need the processors too.
+    // Other tests use the processors meanwhile.
     let mut least = Duration::MAX;
     for _ in 0..400 {
         if least < Duration::from_millis(20) {

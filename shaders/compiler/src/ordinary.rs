@@ -63,7 +63,7 @@ pub(crate) const CALLS: [&str; 40] = [
     "reverseBits",
 ];
 /// Those of which a mathematical library computes constants, each in its own way.
-pub(crate) const NOT_OF_CONSTANTS: [&str; 13] = [
+const NOT_OF_CONSTANTS: [&str; 13] = [
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "tanh", "exp", "exp2", "log", "log2", "pow",
 ];
 
@@ -180,16 +180,12 @@ fn bodies<'a>(module: &'a Module, info: &'a ModuleInfo) -> impl Iterator<Item = 
 fn calls(module: &Module, function: &Function, info: &FunctionInfo) -> BTreeMap<Handle<Expression>, Call> {
     let call = |(handle, expression)| {
         let (name, arguments) = Types { module, function, info }.call(expression)?;
-        let span = function.expressions.get_span(handle);
-        let function = name;
-        Some((
-            handle,
-            Call {
-                function,
-                arguments,
-                span,
-            },
-        ))
+        let call = Call {
+            function: name,
+            arguments,
+            span: function.expressions.get_span(handle),
+        };
+        Some((handle, call))
     };
     function.expressions.iter().filter_map(call).collect()
 }

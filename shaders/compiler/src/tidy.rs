@@ -91,7 +91,7 @@ fn go_through(program: &mut Program, shapes: &Shapes, block: &mut Block) {
     *block = through.out;
 }
 
-/// A block that is written anew.
+/// A block under construction.
 struct Through<'a> {
     program: &'a mut Program,
     out: Block,

@@ -1,4 +1,4 @@
-// Arrays and vectors whose index differs between invocations, beyond their ends too.
+// Arrays and vectors whose index differs between invocations, also beyond their ends.
 
 struct Kept { pair: array<vec2<f32>, 3>, count: u32 }
 

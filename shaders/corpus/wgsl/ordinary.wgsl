@@ -1,4 +1,4 @@
-// Ordinary WGSL: functions and operators that devices have of their own, and constants without a suffix. The program that
+// Ordinary WGSL: functions and operators that differ between devices, and constants without a suffix. The program that
 // these kernels are compared with has the same functions in their place.
 
 const HALF_TURN = 355.0 / 113.0;

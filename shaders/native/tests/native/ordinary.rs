@@ -162,6 +162,27 @@ fn errors_are_as_stated() {
     assert!(problems.is_empty(), "{problems:#?}");
 }
 
+/// The relative error of a power that isn't a constant grows with its exponent of two.
+#[test]
+fn the_error_of_powers_is_as_stated() {
+    const STATED: f64 = 2e-7;
+    let mut most = 0.0_f64;
+    for y in [0.3_f32, -0.7, 1.5, -2.25, 7.125, 13.7, -18.1] {
+        let xs: Vec<_> = (LEAST.to_bits()..MOST.to_bits())
+            .step_by(10_007)
+            .map(f32::from_bits)
+            .collect();
+        for (x, result) in xs.iter().zip(results("pow(x, y)", &xs, y)) {
+            let exponent = f64::from(y) * f64::from(*x).log2();
+            if exponent.abs() < 125.0 {
+                let error = (f64::from(result) / exponent.exp2() - 1.0).abs();
+                most = most.max(error / (1.0 + exponent.abs()));
+            }
+        }
+    }
+    assert!(most <= STATED && most > 0.4 * STATED, "{most:e}; stated: {STATED:e}");
+}
+
 /// What is exact, and what stands at the ends of ranges and beyond them.
 #[test]
 fn special_values() {
