@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::exact::{CALLS, CONSTRUCTORS, is_built_in, is_call};
+use crate::exact::{CALLS, CONSTRUCTORS, is_built_in};
 use crate::ordinary;
 use crate::source::{Part, Place, Source};
-use crate::words::{blank_comments, words};
+use crate::words::{blank_comments, is_call, words};
 
 /// Whether WGSL keeps a word for itself, so that nothing can be named by it.
 pub fn is_reserved(word: &str) -> bool {

@@ -11,10 +11,10 @@ use naga::{
 };
 
 use crate::front::has_function;
-use crate::ordinary::{self, is_masked};
+use crate::ordinary::{self, constants, is_masked};
 use crate::rules::Rule;
 use crate::source::{Part, Place, Refusal, Refusals, Source};
-use crate::words::{blank_comments, is_number, words};
+use crate::words::{blank_comments, is_call, is_number, words};
 
 /// Built-in functions that may be called.
 pub(crate) const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "max", "clamp"];
@@ -154,27 +154,6 @@ fn is_unsupported(word: &str) -> bool {
     known.contains(&word) || word.starts_with("texture_") || word.strip_prefix("mat").is_some_and(is_matrix)
 }
 
-/// Whether what follows a word makes it a call: `(`, or template arguments and `(`.
-pub(crate) fn is_call(after: &str) -> bool {
-    let after = after.trim_start();
-    if !after.starts_with('<') {
-        return after.starts_with('(');
-    }
-    let mut depth = 0;
-    for (at, c) in after.char_indices() {
-        match c {
-            '<' => depth += 1,
-            '>' => depth -= 1,
-            c if c.is_alphanumeric() || matches!(c, '_' | ',' | ' ') => {}
-            _ => return false,
-        }
-        if depth == 0 {
-            return after[at + 1..].trim_start().starts_with('(');
-        }
-    }
-    false
-}
-
 /// Checks a kernel's IR against the closed list.
 pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) -> Refusals {
     let mut refusals = Vec::new();
@@ -301,36 +280,6 @@ fn refused_float(x: f32) -> Option<Refused> {
         return None;
     };
     Some((Rule::FiniteConstants, message))
-}
-
-/// The bits of what is known at build time.
-pub(crate) fn constants(module: &Module, function: &Function, expression: Handle<Expression>) -> Vec<u32> {
-    let bits = |literal: &Literal| match literal {
-        Literal::F32(x) => Some(x.to_bits()),
-        Literal::U32(bits) => Some(*bits),
-        Literal::I32(bits) => Some(*bits as u32),
-        _ => None,
-    };
-    match &function.expressions[expression] {
-        Expression::Literal(literal) => bits(literal).into_iter().collect(),
-        Expression::Constant(constant) => match &module.global_expressions[module.constants[*constant].init] {
-            Expression::Literal(literal) => bits(literal).into_iter().collect(),
-            _ => Vec::new(),
-        },
-        Expression::Compose { components, .. } => {
-            let each = components
-                .iter()
-                .map(|component| constants(module, function, *component));
-            let all: Vec<_> = each.collect();
-            if all.iter().any(Vec::is_empty) {
-                Vec::new()
-            } else {
-                all.concat()
-            }
-        }
-        Expression::Splat { value, .. } => constants(module, function, *value),
-        _ => Vec::new(),
-    }
 }
 
 struct Checker<'a> {

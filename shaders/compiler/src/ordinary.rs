@@ -5,16 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
-    BinaryOperator, Block, Expression, Function, Handle, MathFunction, Module, RelationalFunction, ScalarKind, Span,
-    Statement, TypeInner,
+    BinaryOperator, Block, Expression, Function, Handle, Literal, MathFunction, Module, RelationalFunction, ScalarKind,
+    Span, Statement, TypeInner,
 };
 use oneiro_shader_parts::PARTS;
 
-use crate::exact::{constants, is_call};
 use crate::front;
 use crate::rules::Rule;
 use crate::source::{Part, Refusal, Refusals, Source};
-use crate::words::{blank_comments, words};
+use crate::words::{blank_comments, is_call, words};
 
 /// The part that has the functions, and the one whose functions they call.
 const LIBRARY: &str = "lib/ordinary.wgsl";
@@ -357,6 +356,36 @@ impl Types<'_> {
         ];
         let (_, name) = known.into_iter().find(|(known, _)| *known == power)?;
         rest.iter().all(|other| other == first).then_some(name)
+    }
+}
+
+/// The bits of what is known at build time.
+pub(crate) fn constants(module: &Module, function: &Function, expression: Handle<Expression>) -> Vec<u32> {
+    let bits = |literal: &Literal| match literal {
+        Literal::F32(x) => Some(x.to_bits()),
+        Literal::U32(bits) => Some(*bits),
+        Literal::I32(bits) => Some(*bits as u32),
+        _ => None,
+    };
+    match &function.expressions[expression] {
+        Expression::Literal(literal) => bits(literal).into_iter().collect(),
+        Expression::Constant(constant) => match &module.global_expressions[module.constants[*constant].init] {
+            Expression::Literal(literal) => bits(literal).into_iter().collect(),
+            _ => Vec::new(),
+        },
+        Expression::Compose { components, .. } => {
+            let each = components
+                .iter()
+                .map(|component| constants(module, function, *component));
+            let all: Vec<_> = each.collect();
+            if all.iter().any(Vec::is_empty) {
+                Vec::new()
+            } else {
+                all.concat()
+            }
+        }
+        Expression::Splat { value, .. } => constants(module, function, *value),
+        _ => Vec::new(),
     }
 }
 

@@ -69,3 +69,24 @@ pub(crate) fn is_hex(number: &str) -> bool {
 pub(crate) fn is_number(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit() || c == '.')
 }
+
+/// Whether what follows a word makes it a call: `(`, or template arguments and `(`.
+pub(crate) fn is_call(after: &str) -> bool {
+    let after = after.trim_start();
+    if !after.starts_with('<') {
+        return after.starts_with('(');
+    }
+    let mut depth = 0;
+    for (at, c) in after.char_indices() {
+        match c {
+            '<' => depth += 1,
+            '>' => depth -= 1,
+            c if c.is_alphanumeric() || matches!(c, '_' | ',' | ' ') => {}
+            _ => return false,
+        }
+        if depth == 0 {
+            return after[at + 1..].trim_start().starts_with('(');
+        }
+    }
+    false
+}
