@@ -216,6 +216,32 @@ pub fn ordinary() -> impl Iterator<Item = &'static str> {
     ordinary::CALLS.into_iter()
 }
 
+/// A part's text with another name for what is declared by this one. Fields of structs keep theirs.
+pub fn renamed(part: &Part, name: &str, other: &str) -> String {
+    let text = blank_comments(&part.text);
+    let mut renamed = String::with_capacity(part.text.len());
+    let (mut done, mut is_struct, mut depth) = (0, false, 0);
+    let mut seen = 0;
+    for (at, word) in words(&text) {
+        for c in text[seen..at].chars() {
+            match c {
+                '{' if is_struct => depth = 1,
+                '}' => (is_struct, depth) = (false, 0),
+                _ => {}
+            }
+        }
+        seen = at + word.len();
+        is_struct |= word == "struct";
+        let is_field = text[..at].trim_end().ends_with('.') || depth > 0 && text[seen..].trim_start().starts_with(':');
+        if word == name && !is_field {
+            renamed.push_str(&part.text[done..at]);
+            renamed.push_str(other);
+            done = seen;
+        }
+    }
+    renamed + &part.text[done..]
+}
+
 /// The word at a place in a part.
 pub fn word_at(part: &Part, place: &Place) -> Option<String> {
     let text = blank_comments(&part.text);
@@ -286,6 +312,18 @@ mod tests {
             ]
         );
         assert_eq!(super::members(&part, "State"), None);
+    }
+
+    #[test]
+    fn all_but_fields_are_renamed() {
+        let part = part(
+            "// near\nstruct Near { near: f32, at: array<f32, near> }\nfn near(near: f32) -> Near { return Near(near.near, nearer); }\n",
+        );
+        assert_eq!(
+            renamed(&part, "near", "far"),
+            "// near\nstruct Near { near: f32, at: array<f32, far> }\nfn far(far: f32) -> Near { return Near(far.near, nearer); }\n"
+        );
+        assert_eq!(renamed(&part, "absent", "far"), part.text);
     }
 
     #[test]

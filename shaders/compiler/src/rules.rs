@@ -284,11 +284,12 @@ fn prepare() {}
         right: "fn not_negative(x: f32) -> f32 { return max(x, 0.0f); }\n"
 
     ReservedName "reserved-name"
-        "Nothing is declared with a name that Oneiro uses itself."
+        "Nothing is declared with the name of one of Oneiro's structs, or of a function that parts may call."
         why: "A part is put together with Oneiro's own files into one kernel, in which each name is declared once. \
+              These names mean the same in all parts; other names of Oneiro's files are free, and theirs give way. \
               Names of readings also name genes, so a custom reading can't have the name of one of the robot's."
-        wrong: "fn touches(x: f32) -> bool { return x < 27.5f; }\n"
-        right: "fn within_reach(x: f32) -> bool { return x < 27.5f; }\n"
+        wrong: "fn blocked(x: f32) -> bool { return x < 27.5f; }\n"
+        right: "fn is_blocked(x: f32) -> bool { return x < 27.5f; }\n"
 
     OwnBuffers "own-buffers"
         "A part declares no buffer and no variable outside of functions: its memory is its struct of state."

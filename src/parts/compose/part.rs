@@ -9,6 +9,8 @@ mod interface;
 mod kernel;
 mod limits;
 mod members;
+#[cfg(test)]
+mod names;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::declarations;

@@ -1,6 +1,7 @@
 //! What a part may declare and use.
 
 use std::collections::BTreeSet;
+use std::sync::LazyLock;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{
@@ -40,6 +41,17 @@ const CALLS: [&str; 20] = [
     "arena_lights",
     "arena_light",
 ];
+/// Those that a part may declare itself, for all parts of its experiment. No function that stands for ordinary WGSL calls them.
+const REPLACEABLE: [&str; 8] = [
+    "root",
+    "logistic",
+    "hyperbolic_tangent",
+    "flushed",
+    "cosine_sine",
+    "direction",
+    "squared_length",
+    "highest",
+];
 /// Functions that are generated for parts with values.
 const VALUES: [&str; 3] = ["sensor_values", "controller_values", "task_values"];
 /// Fields that identify an episode in its batch. Results that depend on them would depend on the rest of the batch.
@@ -69,6 +81,48 @@ pub(super) fn allowed(kind: Kind) -> Allowed<'static> {
             .collect(),
         called: interface.known().map(Function::name).collect(),
     }
+}
+
+/// Whether a part may declare something although Oneiro's files have the same name for a function or a constant: they rename theirs.
+pub(super) fn gives_way(item: &Declaration) -> bool {
+    ["fn", "const"].contains(&item.keyword.as_str()) && names_that_give_way().contains(&item.name)
+}
+
+/// All names of these functions and constants.
+pub(super) fn names_that_give_way() -> &'static BTreeSet<String> {
+    static NAMES: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
+        let is_of_kernels = |(path, _): &&(&str, &str)| *path != "lib/ordinary.wgsl";
+        let of_part = |(path, text): &(&str, &str)| {
+            let part = compiler::Part {
+                path: (*path).to_owned(),
+                text: (*text).to_owned(),
+            };
+            let items = declarations(&part).into_iter();
+            items.filter(|item| ["fn", "const"].contains(&item.keyword.as_str()))
+        };
+        let interfaces = [Kind::Sensor, Kind::Controller, Kind::Task].map(interface::of);
+        let is_kept = |name: &String| {
+            let name = name.as_str();
+            let is_of_interface = |interface: &Interface| {
+                name.starts_with(&format!("{}_", interface.kind.word()))
+                    || interface.known().any(|function| function.name() == name)
+                    || interface.others.iter().any(|(other, _)| *other == name)
+                    || interface.calls.contains(&name)
+            };
+            let lists = [
+                &CALLS[..],
+                &TOGETHER,
+                &CONSTANTS,
+                &generate::COUNTS,
+                &super::members::WORDS,
+            ];
+            let is_listed = lists.iter().any(|list| list.contains(&name)) && !REPLACEABLE.contains(&name);
+            name != "main" && !is_listed && !interfaces.iter().any(is_of_interface)
+        };
+        let all = PARTS.iter().filter(is_of_kernels).flat_map(of_part);
+        all.map(|item| item.name).filter(is_kept).collect()
+    });
+    &NAMES
 }
 
 /// The refusal of a part that has [`interface::EPISODE`] by its former name.
@@ -113,8 +167,9 @@ pub(super) fn of_few(custom: &OwnParts, taken: &BTreeSet<String>) -> Result<(), 
         let part = each.part().source();
         let interface = interface::of(each.part().kind());
         let declared = declarations(&part).into_iter();
-        let is_taken =
-            |item: &Declaration| !interface.structs.contains(&item.name.as_str()) && taken.contains(&item.name);
+        let is_taken = |item: &Declaration| {
+            !interface.structs.contains(&item.name.as_str()) && taken.contains(&item.name) && !gives_way(item)
+        };
         problems.extend(declared.filter(is_taken).map(|item| taken_name(&item)));
         problems.extend(call_problems(&part, &interface, taken));
         problems.extend(constant_problems(&each.part().genes, taken));
@@ -272,7 +327,11 @@ fn declared_problems(
         } else if ["const", "override"].contains(&keyword.as_str()) && built_in().any(|known| known == name) {
             let message = format!("`{name}` shadows a WGSL built-in; choose another name");
             refuse(place, Rule::BuiltInName, message);
-        } else if form.is_none() && !interface.structs.contains(&name.as_str()) && taken.contains(name) {
+        } else if form.is_none()
+            && !interface.structs.contains(&name.as_str())
+            && taken.contains(name)
+            && !gives_way(item)
+        {
             let Refusal { rule, message, .. } = taken_name(item);
             refuse(place, rule, message);
         }

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use oneiro_shader_compiler as compiler;
-use oneiro_shader_compiler::declarations::declarations;
+use oneiro_shader_compiler::declarations::{declarations, renamed};
 use oneiro_shader_compiler::{Allowed, Compiled, Indices, Isolation, Refusal, Refusals, Rule, compile_isolated};
 use oneiro_shader_parts::PARTS;
 use oneiro_shaders::kernel::Turns;
@@ -484,9 +484,24 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     // The user's parts come last, so that a mistake in them changes no place in another.
     parts.push(part(GENERATED, &generated));
     let mut users = vec![None; parts.len()];
+    let of_oneiro = parts.len();
     for each in custom.iter() {
         parts.push(each.part.source());
         users.push(Some(check::allowed(each.part.kind)));
+    }
+    let is_of_user = |at: usize| {
+        let each = at.checked_sub(of_oneiro).and_then(|at| custom.iter().nth(at));
+        each.is_some_and(|each| !each.part.is_of_oneiro)
+    };
+    let numbered = parts.iter().enumerate();
+    let theirs = numbered
+        .filter(|(at, _)| is_of_user(*at))
+        .flat_map(|(_, part)| declarations(part));
+    let names: BTreeSet<_> = theirs.filter(check::gives_way).map(|item| item.name).collect();
+    for (_, part) in parts.iter_mut().enumerate().filter(|(at, _)| !is_of_user(*at)) {
+        for name in &names {
+            part.text = renamed(part, name, &format!("{name}_of_oneiro"));
+        }
     }
     Assembled { parts, users, few }
 }
