@@ -42,8 +42,7 @@ const CALLS: [&str; 20] = [
     "arena_light",
 ];
 /// Those that a part may declare itself, for all parts of its experiment. No function that stands for ordinary WGSL calls them.
-const REPLACEABLE: [&str; 8] = [
-    "root",
+const REPLACEABLE: [&str; 7] = [
     "logistic",
     "hyperbolic_tangent",
     "flushed",
