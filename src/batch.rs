@@ -12,7 +12,7 @@ pub use oneiro_shaders::episode::Record;
 use oneiro_shaders::{Kernel, episode};
 
 use crate::parameter::Invalid;
-use crate::random::Key;
+use crate::random::{Key, pcg4d};
 
 use layout::Layout;
 use packing::Packed;
@@ -44,6 +44,12 @@ const PIECE: usize = 4096;
 /// Words of a group's keys, which precede its genes.
 const KEY_WORDS: usize = episode::KEY_WORDS as usize;
 
+/// A key as the kernels read it.
+fn input_words(key: Key) -> [u32; KEY_WORDS] {
+    let [low, high] = key.words;
+    [low, high, key.trial]
+}
+
 /// A genome's episode in a world, with the random numbers of one key.
 #[derive(Clone, Copy, Debug)]
 pub struct Rollout<'a> {
@@ -54,6 +60,42 @@ pub struct Rollout<'a> {
     pub genes: &'a [f32],
     /// Key of its random numbers.
     pub key: Key,
+}
+
+/// Which of its variants each episode of a world takes: by its key alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Variants {
+    /// Starts: trial after trial takes the next one.
+    pub starts: u32,
+    /// Worlds drawn beforehand, each with all starts. Each trial of a generation takes one at random, the same for all individuals,
+    /// so that these are compared in the same worlds.
+    pub drawn: u32,
+}
+
+impl Default for Variants {
+    fn default() -> Self {
+        Self { starts: 1, drawn: 1 }
+    }
+}
+
+impl Variants {
+    /// Number of variants.
+    pub fn count(self) -> usize {
+        self.starts as usize * self.drawn as usize
+    }
+
+    /// The variant of an episode.
+    pub fn of(self, key: Key) -> usize {
+        /// Distinguishes these random numbers from all others.
+        const STREAM: u32 = 0x0057_4f52;
+        let start = (key.trial % self.starts) as usize;
+        if self.drawn == 1 {
+            return start;
+        }
+        let [word, ..] = pcg4d([key.generation, key.trial, 0, STREAM]);
+        let drawn = (u64::from(word) * u64::from(self.drawn)) >> u32::BITS;
+        drawn as usize * self.starts as usize + start
+    }
 }
 
 /// Requests a trace of each episode.
@@ -73,7 +115,9 @@ pub struct Worlds(Arc<PackedWorlds>);
 #[derive(Debug)]
 struct PackedWorlds {
     kernel: &'static Kernel,
-    /// Facts of each world.
+    /// The first packed world of each world, and which of those from there on an episode takes.
+    worlds: Vec<(usize, Variants)>,
+    /// Facts of each packed world.
     facts: Vec<Facts>,
     /// Words that each slot keeps between dispatches, and words per record of its trace.
     state_words: u32,
@@ -134,25 +178,29 @@ impl Worlds {
                 .map_err(|invalid| Invalid::new(format!("worlds[{index}].{}", invalid.field), invalid.problem))?;
         }
         let packed = Packed::new(worlds);
-        let facts: Vec<_> = worlds
-            .iter()
-            .enumerate()
-            .map(|(index, world)| Facts::of(world, index, &packed))
-            .collect();
+        let mut facts: Vec<Facts> = Vec::new();
+        let mut places = Vec::with_capacity(worlds.len());
+        for world in worlds {
+            let (first, variants) = (facts.len(), world.variants());
+            places.push((first, variants));
+            facts.extend((first..first + variants.count()).map(|index| Facts::of(world, index, &packed)));
+        }
         // Shipped kernels are within bounds.
         let most = |facts: &Facts| GREATEST_TURNS.max(GREATEST_TURNS_EACH * facts.robots);
         let too_long = |facts: &Facts| kernel.variants.is_empty() && facts.loops.max(facts.begin_loops) > most(facts);
-        if let Some(index) = facts.iter().position(too_long) {
-            let turns = facts[index].loops.max(facts[index].begin_loops);
+        if let Some(long) = facts.iter().position(too_long) {
+            let turns = facts[long].loops.max(facts[long].begin_loops);
+            let index = places.iter().rposition(|(first, _)| *first <= long).unwrap_or(0);
             let problem = format!(
                 "loops up to {turns} times a cycle; allowed: at most {}, so that a run can be stopped",
-                most(&facts[index])
+                most(&facts[long])
             );
             return Err(Invalid::new(format!("worlds[{index}].kernel"), problem));
         }
         let most = |words: fn(&W) -> u32| worlds.iter().map(words).max().unwrap_or(0);
         Ok(Self(Arc::new(PackedWorlds {
             kernel,
+            worlds: places,
             facts,
             state_words: most(W::state_words),
             record_words: most(W::record_words),
@@ -244,8 +292,8 @@ impl Worlds {
             return Err(Invalid::new("states", problem));
         }
         let ended = |rollout: &Rollout<'_>| {
-            let world = self.0.packed.worlds.get(rollout.world);
-            world.is_some_and(|world| world.steps <= cycles.start)
+            let world = self.0.worlds.get(rollout.world);
+            world.is_some_and(|(first, _)| self.0.packed.worlds[*first].steps <= cycles.start)
         };
         if let Some(index) = rollouts().position(ended) {
             let problem = format!("has ended by cycle {}; allowed: longer episodes", cycles.start);
@@ -262,8 +310,10 @@ impl Worlds {
         keeps_states: bool,
         trace: Option<TraceRequest>,
     ) -> Result<Batch, Invalid> {
-        let PackedWorlds { facts, packed, .. } = &*self.0;
-        let Layout { groups, slots, inputs } = Layout::new(facts, lists)?;
+        let PackedWorlds {
+            worlds, facts, packed, ..
+        } = &*self.0;
+        let Layout { groups, slots, inputs } = Layout::new(worlds, facts, lists)?;
         let mut batch = Batch {
             worlds: self.clone(),
             groups,
@@ -329,9 +379,9 @@ impl Worlds {
         let count = episodes.len();
         let words = (KEY_WORDS + GENES) * LANES;
         let mut inputs = vec![0; count.div_ceil(LANES) * words];
-        for (slot, (Key(key), genes)) in episodes.enumerate() {
+        for (slot, (key, genes)) in episodes.enumerate() {
             let first = slot / LANES * words + slot % LANES;
-            let fields = key.into_iter().chain(genes.map(f32::to_bits));
+            let fields = input_words(key).into_iter().chain(genes.map(f32::to_bits));
             for (field, word) in fields.enumerate() {
                 inputs[first + field * LANES] = word;
             }
@@ -377,7 +427,11 @@ impl Worlds {
 
     /// Number of genes of an episode in each world.
     pub fn genes(&self) -> Vec<usize> {
-        self.0.facts.iter().map(|facts| facts.genes).collect()
+        self.0
+            .worlds
+            .iter()
+            .map(|(first, _)| self.0.facts[*first].genes)
+            .collect()
     }
 }
 

@@ -179,7 +179,7 @@ macro_rules! field {
 }
 
 impl Datum {
-    fn number(&self) -> Option<f64> {
+    pub(crate) fn number(&self) -> Option<f64> {
         match *self {
             Self::Whole(number) => Some(number as f64),
             Self::Single(number) => Some(f64::from(number)),

@@ -1,11 +1,27 @@
 //! The host's side of counter-based random numbers: an episode's key depends only on run, generation, individual and
 //! trial, never on earlier draws.
 
-/// Key of an episode's random numbers.
+/// Key of an episode's random numbers, and what chooses its world if worlds vary.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Key(pub [u32; 2]);
+pub struct Key {
+    /// The key of its random numbers.
+    pub words: [u32; 2],
+    /// Number of the trial, from 0.
+    pub trial: u32,
+    /// The same number for all episodes of a generation of a run.
+    pub generation: u32,
+}
 
 impl Key {
+    /// A key of trial 0.
+    pub const fn of_words(words: [u32; 2]) -> Self {
+        Self {
+            words,
+            trial: 0,
+            generation: 0,
+        }
+    }
+
     /// Derives the key of one trial of one individual from all 256 bits of the arguments. It is the same on every host.
     ///
     /// ```
@@ -36,7 +52,11 @@ impl Keys {
     #[cfg_attr(not(debug_assertions), inline)]
     pub fn of(&self, individual: u64, trial: u64) -> Key {
         let [x, y, ..] = mixed(self.0, individual, trial);
-        Key([x, y])
+        Key {
+            words: [x, y],
+            trial: trial as u32,
+            generation: self.0[0],
+        }
     }
 }
 
@@ -82,10 +102,10 @@ mod tests {
         for (words, hash) in KNOWN_ANSWERS {
             assert_eq!(pcg4d(words), hash);
         }
-        assert_eq!(Key::rollout(0, 0, 0, 0), Key([0x258b_6576, 0x3b28_d866]));
+        assert_eq!(Key::rollout(0, 0, 0, 0).words, [0x258b_6576, 0x3b28_d866]);
         assert_eq!(
-            Key::rollout(0x0123_4567_89ab_cdef, 199, 99, 3),
-            Key([0xe38a_e345, 0xabb9_7375])
+            Key::rollout(0x0123_4567_89ab_cdef, 199, 99, 3).words,
+            [0xe38a_e345, 0xabb9_7375]
         );
     }
 
@@ -101,8 +121,8 @@ mod tests {
                 }
             }
         }
-        keys.sort_unstable_by_key(|key| key.0);
-        keys.dedup();
+        keys.sort_unstable_by_key(|key| key.words);
+        keys.dedup_by_key(|key| key.words);
         assert_eq!(keys.len(), 1_000_000);
     }
 
@@ -115,7 +135,7 @@ mod tests {
                         let base = [sample, sample / 3, sample * 7, sample % 5];
                         let mut other = base;
                         other[argument] ^= 1 << bit;
-                        let [a, b] = [base, other].map(|[r, g, i, t]| Key::rollout(r, g, i, t).0);
+                        let [a, b] = [base, other].map(|[r, g, i, t]| Key::rollout(r, g, i, t).words);
                         (a[0] ^ b[0]).count_ones() + (a[1] ^ b[1]).count_ones()
                     })
                     .sum();

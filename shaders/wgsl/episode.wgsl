@@ -17,7 +17,8 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let slot = group * LANES + lane;
     let input = groups[group].inputs - dispatch.first_input + lane;
     let world = groups[group].world;
-    let episode = Episode(world, vec2<u32>(inputs[input], inputs[input + LANES]), input + KEY_WORDS * LANES);
+    let key = vec2<u32>(inputs[input], inputs[input + LANES]);
+    let episode = Episode(world, key, input + KEY_WORDS * LANES, inputs[input + 2u * LANES]);
 
     var after: EpisodeState;
     if (dispatch.step_begin == 0u) {

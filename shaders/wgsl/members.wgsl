@@ -11,7 +11,8 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let world = groups[group].world;
     let words = group * dispatch.state_words * LANES + lane;
     let key = vec2<u32>(inputs[input], inputs[input + LANES]);
-    let episode = Episode(world, key, input + KEY_WORDS * LANES, words, words + WORLD_WORDS * LANES, 0u);
+    let trial = inputs[input + 2u * LANES];
+    let episode = Episode(world, key, input + KEY_WORDS * LANES, trial, words, words + WORLD_WORDS * LANES, 0u);
 
     if (dispatch.step_begin == 0u) {
         begin(episode);

@@ -3,7 +3,7 @@
 use oneiro_shaders::episode;
 use rayon::prelude::*;
 
-use super::{Facts, GREATEST_GENE, KEY_WORDS, LANES, LEAST_GENE, Rollout};
+use super::{Facts, GREATEST_GENE, KEY_WORDS, LANES, LEAST_GENE, Rollout, Variants, input_words};
 use crate::parameter::Invalid;
 
 /// Most episodes of a batch.
@@ -14,13 +14,18 @@ pub(super) struct Layout {
     pub(super) groups: Vec<episode::Group>,
     /// Slot of each episode.
     pub(super) slots: Vec<u32>,
-    /// Inputs of the groups: for each field 64 values, first the two words of the keys, then the genes.
+    /// Inputs of the groups: for each field 64 values, first the words of the keys, then the genes.
     pub(super) inputs: Vec<u32>,
 }
 
 impl Layout {
     /// Checks episodes and lays them out, list after list. Lists are laid out at the same time, on all processors.
-    pub(super) fn new(facts: &[Facts], lists: &[&[Rollout<'_>]]) -> Result<Self, Invalid> {
+    /// `worlds` has the first packed world of each, and which of them an episode takes; `facts` those of each packed world.
+    pub(super) fn new(
+        worlds: &[(usize, Variants)],
+        facts: &[Facts],
+        lists: &[&[Rollout<'_>]],
+    ) -> Result<Self, Invalid> {
         let mut count = 0;
         let firsts: Vec<usize> = lists.iter().map(|list| replaced_sum(&mut count, list.len())).collect();
         if count == 0 || count > GREATEST {
@@ -28,7 +33,7 @@ impl Layout {
             return Err(Invalid::new("rollouts", problem));
         }
         let counts = on_all(lists.iter().zip(&firsts).collect(), |(list, first)| {
-            counted(facts.len(), list, *first)
+            counted(worlds, facts.len(), list, *first)
         })?;
         let (groups, words, mut next) = grouped(facts, &counts)?;
 
@@ -48,7 +53,7 @@ impl Layout {
         let lanes = Lanes(inputs.as_mut_ptr());
         lanes.clear_idle(facts, &groups);
         on_all(tasks, |(list, first, slots, next)| {
-            lanes.fill(facts, &groups, list, first, slots, next)
+            lanes.fill(worlds, facts, &groups, list, first, slots, next)
         })?;
         // SAFETY: every word has been written: those of the slots that episodes have, each by its episode, and the others by
         // `clear_idle`.
@@ -76,15 +81,26 @@ fn on_all<T: Send, R: Send>(
     done.into_iter().collect()
 }
 
-/// Number of a list's episodes in each world. `first` is the index of its first one.
-fn counted(worlds: usize, list: &[Rollout<'_>], first: usize) -> Result<Vec<usize>, Invalid> {
-    let mut counts = vec![0; worlds];
+/// The packed world of an episode, in a world that there is.
+fn packed_world(worlds: &[(usize, Variants)], rollout: &Rollout<'_>) -> usize {
+    let (first, variants) = worlds[rollout.world];
+    first + variants.of(rollout.key)
+}
+
+/// Number of a list's episodes in each packed world. `first` is the index of its first one.
+fn counted(
+    worlds: &[(usize, Variants)],
+    packed: usize,
+    list: &[Rollout<'_>],
+    first: usize,
+) -> Result<Vec<usize>, Invalid> {
+    let mut counts = vec![0; packed];
     for (rollout, index) in list.iter().zip(first..) {
-        let Some(count) = counts.get_mut(rollout.world) else {
-            let problem = format!("is {}; allowed: 0 to {}", rollout.world, worlds - 1);
+        if rollout.world >= worlds.len() {
+            let problem = format!("is {}; allowed: 0 to {}", rollout.world, worlds.len() - 1);
             return Err(Invalid::new(format!("rollouts[{index}].world"), problem));
-        };
-        *count += 1;
+        }
+        counts[packed_world(worlds, rollout)] += 1;
     }
     Ok(counts)
 }
@@ -150,6 +166,7 @@ impl Lanes {
     /// first episode, and `next` this list's first slot in each world.
     fn fill(
         &self,
+        worlds: &[(usize, Variants)],
         facts: &[Facts],
         groups: &[episode::Group],
         list: &[Rollout<'_>],
@@ -158,10 +175,11 @@ impl Lanes {
         mut next: Vec<usize>,
     ) -> Result<(), Invalid> {
         for ((rollout, slot), index) in list.iter().zip(slots).zip(first..) {
-            let slot_of_episode = replaced_sum(&mut next[rollout.world], 1);
+            let world = packed_world(worlds, rollout);
+            let slot_of_episode = replaced_sum(&mut next[world], 1);
             *slot = slot_of_episode as u32;
-            if rollout.genes.len() != facts[rollout.world].genes {
-                return Err(bad_genes(index, rollout.genes, facts[rollout.world].genes));
+            if rollout.genes.len() != facts[world].genes {
+                return Err(bad_genes(index, rollout.genes, facts[world].genes));
             }
             // Strided writes stay within a group's few kilobytes.
             let lane = groups[slot_of_episode / LANES].inputs as usize + slot_of_episode % LANES;
@@ -170,8 +188,9 @@ impl Lanes {
             // of an episode in this world. The slot is this episode's alone: lists have as many slots of a world as they have
             // episodes in it.
             unsafe {
-                self.put(lane, rollout.key.0[0]);
-                self.put(lane + LANES, rollout.key.0[1]);
+                for (field, word) in input_words(rollout.key).into_iter().enumerate() {
+                    self.put(lane + field * LANES, word);
+                }
                 for (&gene, field) in rollout.genes.iter().zip(KEY_WORDS..) {
                     // NaN isn't within. Without a branch for each gene.
                     is_good &= gene.abs() <= GREATEST_GENE;
@@ -179,7 +198,7 @@ impl Lanes {
                 }
             }
             if !is_good {
-                return Err(bad_genes(index, rollout.genes, facts[rollout.world].genes));
+                return Err(bad_genes(index, rollout.genes, facts[world].genes));
             }
         }
         Ok(())

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use oneiro_shaders::{Kernel, episode};
 
+use super::Variants;
 use crate::parameter::Invalid;
 
 /// A kind of world: [`World`](crate::world::World), [`Foraging`](crate::foraging::Foraging),
@@ -35,9 +36,14 @@ pub trait WorldKind {
         false
     }
 
-    /// Converts the world to the kernel's form. Its objects and tables go into the buffers of its batch, and their
-    /// positions become part of the world.
-    fn pack(&self, buffers: &mut Buffers) -> episode::World;
+    /// Which of its variants each episode takes; by default there is one.
+    fn variants(&self) -> Variants {
+        Variants::default()
+    }
+
+    /// Converts a variant of the world, by its number from 0, to the kernel's form. Its objects and tables go into the buffers of
+    /// its batch, and their positions become part of the world.
+    fn pack(&self, variant: usize, buffers: &mut Buffers) -> episode::World;
 
     /// Words that a slot keeps between dispatches. By default, the size of the struct that the kernel declares for its
     /// state.
@@ -77,8 +83,12 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
         (**self).may_end_early()
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> episode::World {
-        (**self).pack(buffers)
+    fn variants(&self) -> Variants {
+        (**self).variants()
+    }
+
+    fn pack(&self, variant: usize, buffers: &mut Buffers) -> episode::World {
+        (**self).pack(variant, buffers)
     }
 
     fn state_words(&self) -> u32 {
@@ -115,8 +125,10 @@ impl Packed {
     pub(super) fn new(worlds: &[impl WorldKind]) -> Self {
         let mut buffers = Buffers::default();
         for world in worlds {
-            let packed = world.pack(&mut buffers);
-            buffers.packed.worlds.push(packed);
+            for variant in 0..world.variants().count() {
+                let packed = world.pack(variant, &mut buffers);
+                buffers.packed.worlds.push(packed);
+            }
         }
         let mut packed = buffers.packed;
         // Buffers can't be empty.

@@ -545,8 +545,8 @@ mod tests {
             self.0.genes()
         }
 
-        fn pack(&self, buffers: &mut Buffers) -> episode::World {
-            self.0.pack(buffers)
+        fn pack(&self, variant: usize, buffers: &mut Buffers) -> episode::World {
+            self.0.pack(variant, buffers)
         }
     }
 

@@ -310,6 +310,10 @@ impl Foraging {
             field_y: -radius,
             field_width: 2.0 * radius,
             field_height: 2.0 * radius,
+            zone_x: -radius,
+            zone_y: -radius,
+            zone_width: 2.0 * radius,
+            zone_height: 2.0 * radius,
             random_start: u32::from(self.start.is_none()),
             start_x,
             start_y,
@@ -450,7 +454,7 @@ impl WorldKind for Foraging {
         GENES
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> episode::World {
+    fn pack(&self, _: usize, buffers: &mut Buffers) -> episode::World {
         let numbers = buffers.add_table(
             self.cells(forager::FORAGER_CELLS, 1, f64::from(self.cycles) * CYCLE)
                 .into_table(),

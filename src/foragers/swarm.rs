@@ -225,7 +225,7 @@ impl Swarm {
                 ..kernel::SpreadCell::default()
             },
         );
-        let Key([low, high]) = Key::rollout(self.individuals, 0, 0, 0);
+        let [low, high] = Key::rollout(self.individuals, 0, 0, 0).words;
         cells.put(kernel::WHO, [low, high, 0, 0]);
         cells.into_table()
     }
@@ -321,7 +321,7 @@ impl WorldKind for Swarm {
         self.robots
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> episode::World {
+    fn pack(&self, _: usize, buffers: &mut Buffers) -> episode::World {
         let numbers = buffers.add_table(self.cells());
         episode::World {
             numbers,

@@ -209,7 +209,7 @@ impl WorldKind for Behaviours {
         kernel::REPORTED_INPUTS as usize
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> episode::World {
+    fn pack(&self, _: usize, buffers: &mut Buffers) -> episode::World {
         let cells = self.foraging.cells(forager::FORAGER_CELLS, 1, 0.0);
         episode::World {
             steps: self.cycles,

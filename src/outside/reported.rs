@@ -168,8 +168,8 @@ impl WorldKind for Packed<'_> {
         self.0.may_end_early()
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> episode::World {
-        self.0.pack(buffers)
+    fn pack(&self, variant: usize, buffers: &mut Buffers) -> episode::World {
+        self.0.pack(variant, buffers)
     }
 }
 

@@ -22,6 +22,7 @@ use crate::world::physics::Physics;
 use crate::world::reference::Model;
 use crate::world::robot::{Build, Robot};
 use crate::world::spec::{Controller, Start, Task, WorldSpec};
+use crate::world::start::{Area, GREATEST_POSES};
 use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
@@ -39,7 +40,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     robot(&spec.robot)?;
     let physics = physics(spec)?;
     arena(&spec.arena, spec.robot.tables())?;
-    start(spec.start, &spec.arena)?;
+    start(spec)?;
     spec.noise.check(&spec.robot.build)?;
     if let Some(individual) = &spec.surrogate {
         individual.check(|difference| spec.robot.differs_by(difference))?;
@@ -63,7 +64,9 @@ pub(super) fn physics(spec: &WorldSpec) -> Result<Physics, Invalid> {
     let individual = spec.surrogate.clone();
     Ok(match &spec.robot.build {
         Build::Sampled => {
-            only_walls(&spec.arena)?;
+            if spec.own.is_empty() {
+                only_walls(&spec.arena)?;
+            }
             eight_sensors(&spec.robot.sensors)?;
             individual.map_or(Physics::Sampled, Physics::Individual)
         }
@@ -78,13 +81,14 @@ pub(super) fn physics(spec: &WorldSpec) -> Result<Physics, Invalid> {
 /// Writes each direction as turns from 0 to less than 1.
 fn turned(spec: &mut WorldSpec) {
     let Arena { blocks, patches, .. } = &mut spec.arena;
-    let start = match &mut spec.start {
-        Start::At { heading, .. } => Some(heading),
-        Start::Random => None,
+    let starts: Vec<&mut f32> = match &mut spec.start {
+        Start::At { heading, .. } => vec![heading],
+        Start::Poses(poses) => poses.0.iter_mut().map(|[.., heading]| heading).collect(),
+        Start::Random | Start::Zone(_) => Vec::new(),
     };
     let blocks = blocks.iter_mut().map(|block| &mut block.heading);
     let patches = patches.iter_mut().map(|patch| &mut patch.heading);
-    for heading in blocks.chain(patches).chain(start) {
+    for heading in blocks.chain(patches).chain(starts) {
         *heading -= heading.floor();
     }
 }
@@ -109,8 +113,8 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
     };
     forager.foraging.cycles = spec.cycles;
     forager.foraging.start = match spec.start {
-        Start::Random => None,
         Start::At { x, y, heading } => Some([x, y, heading]),
+        _ => None,
     };
     forager.foraging.check()?;
     let arena = forager.arena();
@@ -128,6 +132,11 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
             "is not zero for a forager; allowed: none, since arena.light_noise and robot.wheel_noise are a forager's \
              noise"
                 .to_owned(),
+        ),
+        (
+            "start.kind",
+            matches!(spec.start, Start::Zone(_)),
+            "is `zone` for a forager; allowed: random, at and poses".to_owned(),
         ),
         (
             "robot.collision",
@@ -162,8 +171,8 @@ fn only_walls(arena: &Arena) -> Result<(), Invalid> {
     match lists.into_iter().find(|(_, is_empty)| !is_empty) {
         None => Ok(()),
         Some((list, _)) => {
-            let problem = "is given, but sampled robots do not sense it; allowed: none, or robot.kind = \
-                           \"differential\"";
+            let problem = "is given, but sampled robots do not sense it; allowed: none, custom parts that look at it, or \
+                           robot.kind = \"differential\"";
             Err(Invalid::new(format!("arena.{list}"), problem))
         }
     }
@@ -259,10 +268,6 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     const SINGLE: &str = "allowed: only without robot.count";
     let task = spec.own.get(Kind::Task).map(OwnPart::part);
     let Some(Together { count, .. }) = physics.together() else {
-        if (spec.arena.sides > 0 || spec.arena.is_field_round) && spec.start == Start::Random {
-            let problem = "is `random` in an arena that is no rectangle; allowed: `at`, or a swarm (robot.count)";
-            return Err(Invalid::new("start.kind", problem));
-        }
         return match task {
             Some(part) if part.has_mission() => {
                 let problem = "has a mission (`mission_cycle`); allowed: only in swarms, with robot.count";
@@ -277,7 +282,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
             task.is_some_and(|part| part.functions().contains(&"task_ends")),
             "has `task_ends`, which ends only a single robot's episode; `mission_ends` ends a swarm's",
         ),
-        ("start.kind", spec.start != Start::Random, "is not `random`"),
+        ("start.kind", !spec.start.is_drawn(), "is neither `random` nor `zone`"),
         ("noise.walk_range_mm", spec.noise.walk_range != 0.0, "is not 0"),
     ];
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
@@ -285,6 +290,10 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     }
     let places = physics.start_places();
     if !places.is_empty() {
+        if spec.start != Start::Random {
+            let problem = "is given beside robot.starts_mm; allowed: either";
+            return Err(Invalid::new("start.kind", problem));
+        }
         let walled = spec.arena.walled();
         return match places.iter().find(|[x, y]| !walled.contains(*x, *y)) {
             Some([x, y]) => {
@@ -296,10 +305,17 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     }
     // Each robot keeps a disc of twice its radius from the centres of others; a draw finds a place with a chance of a half.
     let disc = 4.0 * std::f32::consts::PI * spec.robot.body_radius * spec.robot.body_radius;
-    let Field { width, height, .. } = spec.arena.field;
-    let most = 0.5 * pack::free_share(spec, physics) * width * height / disc;
+    let area = Area::of(spec)?;
+    let Field { width, height, .. } = area.bounds();
+    let most = 0.5 * pack::free_share(spec, physics, area) * width * height / disc;
     if *count as f32 <= most {
         return Ok(());
+    }
+    if matches!(spec.start, Start::Zone(_)) {
+        let problem = format!(
+            "is a zone with room for the starts of {most:.0} of {count} robots; allowed: a larger zone, or a smaller robot.count"
+        );
+        return Err(Invalid::new("start", problem));
     }
     if let Some(radius) = start_radius(&spec.arena) {
         let problem = format!(
@@ -517,11 +533,17 @@ fn polygon(arena: &Arena) -> Result<(), Invalid> {
 }
 
 /// Checks that a start lies in the arena. Where a body is free is only known when its objects are packed.
-fn start(start: Start, arena: &Arena) -> Result<(), Invalid> {
-    let Start::At { x, y, .. } = start else {
-        return Ok(());
+fn start(spec: &WorldSpec) -> Result<(), Invalid> {
+    let walled = spec.arena.walled();
+    if let Start::Poses(poses) = &spec.start
+        && !(1..=GREATEST_POSES).contains(&poses.0.len())
+    {
+        let problem = format!("has {} poses; allowed: 1 to {GREATEST_POSES}", poses.0.len());
+        return Err(Invalid::new("start.poses", problem));
+    }
+    let Start::At { x, y, .. } = spec.start else {
+        return Area::of(spec).map(|_| ());
     };
-    let walled = arena.walled();
     number("start.x_mm", x, walled.x..=walled.x + walled.width)?;
     number("start.y_mm", y, walled.y..=walled.y + walled.height)
 }

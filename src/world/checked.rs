@@ -5,21 +5,22 @@ use std::sync::Arc;
 
 use oneiro_shaders::{Kernel, episode};
 
-use crate::batch::{Buffers, WorldKind, Worlds};
+use crate::batch::{Buffers, Variants, WorldKind, Worlds};
 use crate::genes::{Gene, GeneLayout};
 use crate::parameter::Invalid;
 use crate::parts::compose::{self, Composed, Detail, EpisodeKind, GREATEST_GENES, Kind, OwnPart, OwnParts};
+use crate::random::Key;
 use crate::world::described::{Battery, Genomes, Together};
 use crate::world::physics::Physics;
 use crate::world::robot::Build;
 use crate::world::spec::{Controller, Task, WorldSpec};
 use crate::world::{check, pack, reach};
 
-/// A checked world, ready for episodes. Cheap to clone.
+/// A checked world, ready for episodes. Cheap to clone. If numbers of it vary, it has several variants, and each episode takes one.
 #[derive(Clone, Debug)]
 pub struct World(Arc<Checked>);
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Checked {
     spec: WorldSpec,
     kernel: &'static Kernel,
@@ -31,6 +32,10 @@ struct Checked {
     lines: u32,
     physics: Physics,
     packed: pack::Packed,
+    /// Its variants; none if it is the only one.
+    variants: Vec<World>,
+    /// Which of them an episode takes.
+    choice: Variants,
 }
 
 impl World {
@@ -61,6 +66,10 @@ impl World {
     /// The same, with a kernel for such episodes.
     pub(crate) fn composed(mut spec: WorldSpec, episodes: EpisodeKind) -> Result<Self, Invalid> {
         let physics = check::check(&mut spec)?;
+        let choice = spec.variants()?;
+        if spec.varies() {
+            return Self::varied(spec, choice, episodes);
+        }
         let readings = spec.readings();
         let parts = match &spec.controller {
             Controller::Network(network) => spec.own.with_network(network, &spec.robot.build.fields())?,
@@ -91,6 +100,8 @@ impl World {
             kernel,
             physics,
             packed,
+            variants: Vec::new(),
+            choice,
         }));
         if world.kernel().variants.is_empty() {
             // The turns of its loops depend on the world.
@@ -100,6 +111,54 @@ impl World {
             })?;
         }
         Ok(world)
+    }
+
+    /// A world with these variants.
+    fn varied(spec: WorldSpec, choice: Variants, episodes: EpisodeKind) -> Result<Self, Invalid> {
+        let variant = |index: usize| {
+            let pose = index % choice.starts as usize;
+            let own = spec.variant(choice, index)?;
+            Self::composed(own, episodes).map_err(|invalid| {
+                if choice.drawn == 1 || index < choice.starts as usize && spec.varied.vary.0.is_empty() {
+                    return Invalid::new("start.poses", format!("has an invalid pose {pose}: {invalid}"));
+                }
+                let world = index / choice.starts as usize;
+                let problem = format!("makes world {world} of {} invalid: {invalid}", choice.drawn);
+                Invalid::new("worlds", problem)
+            })
+        };
+        let variants: Vec<Self> = (0..choice.count()).map(variant).collect::<Result<_, _>>()?;
+        let first = &variants[0];
+        if variants.iter().any(|other| other.kernel().name != first.kernel().name) {
+            let problem = "changes more than numbers: some worlds need another kernel; allowed: ranges that leave out 0 where it \
+                           turns something off";
+            return Err(Invalid::new("worlds", problem));
+        }
+        Ok(Self(Arc::new(Checked {
+            spec,
+            choice,
+            variants: variants.clone(),
+            ..(*first.0).clone()
+        })))
+    }
+
+    /// The world of an episode with this key: a variant, or this one. Its [`World::spec`] has the numbers of the episode.
+    pub fn of(&self, key: Key) -> &Self {
+        self.0.variants.get(self.0.choice.of(key)).unwrap_or(self)
+    }
+
+    /// The number of that variant.
+    pub fn variant(&self, key: Key) -> usize {
+        self.0.choice.of(key)
+    }
+
+    /// All its variants, of which each episode takes one; only itself if nothing varies.
+    pub fn variants(&self) -> &[Self] {
+        if self.0.variants.is_empty() {
+            std::slice::from_ref(self)
+        } else {
+            &self.0.variants
+        }
     }
 
     /// The same world of a swarm, observed: its episodes have the same bits, and each record of their traces has a
@@ -157,14 +216,29 @@ impl World {
     /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the
     /// arena is too large for such a grid.
     pub fn is_enclosed(&self) -> Option<bool> {
-        reach::is_enclosed(self.spec(), &self.0.physics)
+        let of_each = self
+            .a_few()
+            .map(|world| reach::is_enclosed(world.spec(), &world.0.physics));
+        of_each.reduce(|all, one| Some(all? && one?))?
     }
 
     /// Keys of the walls, obstacles, blocks and patches that no robot gets near enough to notice, such as `arena.patches[2]`, and of
     /// starts outside of the arena (`start`, `robot.starts_mm`), as far as the same grid shows. None in an arena that is too large for
     /// it, and none of a forager's.
     pub fn unreached(&self) -> Vec<String> {
-        reach::unreached(self.spec(), &self.0.physics)
+        let of_each = self
+            .a_few()
+            .map(|world| reach::unreached(world.spec(), &world.0.physics));
+        of_each
+            .reduce(|all, one| all.into_iter().filter(|key| one.contains(key)).collect())
+            .unwrap_or_default()
+    }
+
+    /// Enough variants to judge all.
+    fn a_few(&self) -> impl Iterator<Item = &Self> {
+        const FEW: usize = 8;
+        let variants = self.variants();
+        variants.iter().step_by(variants.len().div_ceil(FEW))
     }
 
     /// Estimated share of the field, 0 to 1, where a robot's body touches nothing.
@@ -266,10 +340,15 @@ impl WorldKind for World {
         task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> episode::World {
+    fn variants(&self) -> Variants {
+        self.0.choice
+    }
+
+    fn pack(&self, variant: usize, buffers: &mut Buffers) -> episode::World {
+        let own = self.0.variants.get(variant).unwrap_or(self);
         let Checked {
             spec, physics, packed, ..
-        } = &*self.0;
+        } = &*own.0;
         packed.in_buffers(spec, physics, buffers)
     }
 }

@@ -8,6 +8,7 @@ mod checked;
 mod described;
 pub(crate) mod differential;
 mod forager;
+mod given;
 mod noise;
 mod owner;
 mod pack;
@@ -18,8 +19,10 @@ pub mod reference;
 mod robot;
 mod sensors;
 mod spec;
+mod start;
 pub mod surrogate;
 pub mod tables;
+mod varied;
 #[cfg(feature = "compose")]
 mod wgsl;
 
@@ -31,3 +34,5 @@ pub use noise::{Drawn, Noise};
 pub use parameters::{COORDINATE, LENGTH, parameters};
 pub use robot::{Build, Robot};
 pub use spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+pub use start::{Poses, Zone};
+pub use varied::{ByKey, Varied};

@@ -11,12 +11,14 @@ use crate::cells::Cells;
 use crate::exact::zero;
 use crate::parameter::Invalid;
 use crate::parts::compose::OwnParts;
-use crate::world::arena::{self, Arena, Field, Light, Patch};
+use crate::world::arena::{self, Field, Patch};
 use crate::world::body::Collision;
 use crate::world::described::Drive;
 use crate::world::forager::Forager;
+use crate::world::given;
 use crate::world::physics::Physics;
 use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use crate::world::start::Area;
 use crate::world::surrogate::{self, Object};
 use crate::world::tables::{MotorTable, SENSORS, SensorTable};
 
@@ -24,7 +26,7 @@ use crate::world::tables::{MotorTable, SENSORS, SensorTable};
 const GRID: usize = 64;
 
 /// A world before it has positions in a batch's buffers: they are 0, and an object's table is the index of its class.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Packed {
     pub(super) world: episode::World,
     pub(super) shapes: Vec<episode::Shape>,
@@ -40,7 +42,7 @@ impl Packed {
     pub(super) fn new(spec: &WorldSpec, physics: &Physics, parts: &OwnParts, genes: usize) -> Result<Self, Invalid> {
         if let Physics::Forager(robot) = physics {
             return Ok(Self {
-                world: forager(spec, physics, robot),
+                world: forager(spec, physics, robot)?,
                 shapes: Vec::new(),
                 free_share: robot.free_share(),
                 values: values(spec, parts),
@@ -48,9 +50,12 @@ impl Packed {
             });
         }
         let shapes = shapes(spec, physics);
-        let free = Free::of(&spec.arena, &shapes);
+        let area = Area::of(spec)?;
+        let free = Free::of(area, &shapes);
         let (random_start, start) = match spec.start {
-            Start::Random => (1, random_start(&free)?),
+            Start::Random => (1, random_start(&free, "arena", "its start field")?),
+            Start::Zone(_) => (1, random_start(&free, "start", "that zone")?),
+            Start::Poses(_) => (0, [0.0; 3]),
             Start::At { x, y, heading } => {
                 if touches(&shapes, Vec2::new(x, y)) {
                     let problem = format!("({x}, {y}) mm touches an object; allowed: where the whole body is free");
@@ -68,9 +73,9 @@ impl Packed {
             return Err(Invalid::new("robot.starts_mm", problem));
         }
         Ok(Self {
-            world: world(spec, physics, random_start, start.map(zero), shapes.len() as u32),
+            world: world(spec, physics, random_start, start.map(zero), shapes.len() as u32)?,
             shapes,
-            free_share: free.share,
+            free_share: free.share_of_bounds,
             values: values(spec, parts),
             genes,
         })
@@ -121,17 +126,7 @@ fn values(spec: &WorldSpec, parts: &OwnParts) -> Vec<[u32; 4]> {
     if parts.is_empty() {
         return Vec::new();
     }
-    let lights = &spec.arena.lights;
-    let light = |light: &Light| {
-        let (height, intensity) = (light.height.unwrap_or(0.0), light.intensity.unwrap_or(1.0));
-        [[light.x, light.y, height, light.brightness], [intensity, 0.0, 0.0, 0.0]]
-    };
-    let mut given = vec![[spec.robot.body_radius, lights.len() as f32, 0.0, 0.0]];
-    given.extend(lights.iter().flat_map(light));
-    // The first light where there is none.
-    given.resize(given.len().max(3), [0.0; 4]);
-    let given = given.into_iter().map(|cell| cell.map(|number| zero(number).to_bits()));
-    parts.cells().into_iter().chain(given).collect()
+    parts.cells().into_iter().chain(given::cells(spec)).collect()
 }
 
 /// Packs eight readings of a cell into four words, the even sensors in the low halves. Of tables of more sensors the cells with the
@@ -165,22 +160,30 @@ fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
 }
 
 /// Start of an episode whose every random draw touches something.
-fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
+fn random_start(free: &Free, key: &str, area: &str) -> Result<[f32; 3], Invalid> {
     match free.roomiest {
         // An episode draws 64 times: with a quarter free, one in 1e8 finds nothing.
         Some(at) if free.share >= 0.25 => Ok([at.x, at.y, 0.0]),
         _ => Err(Invalid::new(
-            "arena",
+            key,
             format!(
-                "a robot's body is free in {:.0} % of its start field; allowed for random starts: at least 25 %",
+                "a robot's body is free in {:.0} % of {area}; allowed for random starts: at least 25 %",
                 100.0 * free.share
             ),
         )),
     }
 }
 
-fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3], shapes: u32) -> episode::World {
+fn world(
+    spec: &WorldSpec,
+    physics: &Physics,
+    random_start: u32,
+    start: [f32; 3],
+    shapes: u32,
+) -> Result<episode::World, Invalid> {
     let Field { x, y, width, height } = spec.arena.field;
+    let area = Area::of(spec)?;
+    let [zone_x, zone_y, zone_width, zone_height] = area.numbers().map(zero);
     let (low, high) = spec.noise.sensor;
     let (task_choices, new_cell) = task(spec.task);
     let motors = &spec.robot.motors;
@@ -189,7 +192,7 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
         Some(table) => (table.nearest, table.spacing, table.rows, table.bearings),
         None => (0.0, 1.0, 1, 1),
     };
-    episode::World {
+    Ok(episode::World {
         steps: spec.cycles,
         first_shape: 0,
         shapes,
@@ -197,6 +200,11 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
         field_y: zero(y),
         field_width: width,
         field_height: height,
+        zone_is_round: u32::from(matches!(area, Area::Ring { .. })),
+        zone_x,
+        zone_y,
+        zone_width,
+        zone_height,
         random_start,
         start_x: start[0],
         start_y: start[1],
@@ -244,24 +252,24 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
             Collision::Stick => episode::STICK,
         },
         own_values: 0,
-    }
+    })
 }
 
 /// A forager's world: values for its physics, and for shipped controllers and tasks.
-fn forager(spec: &WorldSpec, physics: &Physics, forager: &Forager) -> episode::World {
-    let shipped = world(spec, physics, 0, [0.0; 3], 0);
-    episode::World {
+fn forager(spec: &WorldSpec, physics: &Physics, forager: &Forager) -> Result<episode::World, Invalid> {
+    let shipped = world(spec, physics, 0, [0.0; 3], 0)?;
+    Ok(episode::World {
         hidden: shipped.hidden,
         task_choices: shipped.task_choices,
         new_cell: shipped.new_cell,
         cell_columns: shipped.cell_columns,
         ..forager.foraging.world()
-    }
+    })
 }
 
-/// Fraction of a checked world's field where a body is free.
-pub(super) fn free_share(spec: &WorldSpec, physics: &Physics) -> f32 {
-    Free::of(&spec.arena, &shapes(spec, physics)).share
+/// Fraction of the rectangle around an area where a body is free and in the area.
+pub(super) fn free_share(spec: &WorldSpec, physics: &Physics, area: Area) -> f32 {
+    Free::of(area, &shapes(spec, physics)).share_of_bounds
 }
 
 /// Number of cells along a side of the field.
@@ -520,47 +528,48 @@ fn room(shapes: &[episode::Shape], at: Vec2) -> f32 {
     })
 }
 
-/// Free space found on a grid over the field.
+/// Free space found on a grid over an area that robots start in.
 #[derive(Clone, Copy)]
 struct Free {
-    /// Share of its points where a robot is free.
+    /// Share of its points where a robot is free, and of those of the rectangle around it.
     share: f32,
+    share_of_bounds: f32,
     /// Free point farthest from all objects; the first one if several are equal.
     roomiest: Option<Vec2>,
 }
 
 impl Free {
     /// Searched only once for all worlds of an arena: a sweep has thousands of them.
-    fn of(arena: &Arena, shapes: &[episode::Shape]) -> Self {
+    fn of(area: Area, shapes: &[episode::Shape]) -> Self {
         const REMEMBERED: usize = 16;
         static KNOWN: Mutex<VecDeque<(Vec<u32>, Free)>> = Mutex::new(VecDeque::new());
-        let Field { x, y, width, height } = arena.field;
-        let mut key = [x, y, width, height].map(f32::to_bits).to_vec();
-        key.push(arena.is_field_round.into());
+        let mut key = area.numbers().map(f32::to_bits).to_vec();
+        key.push(matches!(area, Area::Ring { .. }).into());
         key.extend_from_slice(bytemuck::cast_slice(shapes));
         let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, free)) = known().iter().find(|(other, _)| *other == key) {
             return *free;
         }
-        let free = Self::find(arena, shapes);
+        let free = Self::find(area, shapes);
         let mut known = known();
         known.push_front((key, free));
         known.truncate(REMEMBERED);
         free
     }
 
-    fn find(arena: &Arena, shapes: &[episode::Shape]) -> Self {
-        let field = arena.field;
+    fn find(area: Area, shapes: &[episode::Shape]) -> Self {
+        let field = area.bounds();
         let along = |index: usize| (index as f32 + 0.5) / GRID as f32;
-        let mut free = 0_usize;
+        let (mut free, mut points) = (0_usize, 0_usize);
         let mut roomiest = None;
         let mut most = f32::MIN;
         for point in 0..GRID * GRID {
             let share = Vec2::new(along(point % GRID), along(point / GRID));
-            if arena.is_field_round && (share - 0.5).length_squared() > 0.25 {
+            let at = Vec2::new(field.x, field.y) + share * Vec2::new(field.width, field.height);
+            if matches!(area, Area::Ring { .. }) && !area.contains(at) {
                 continue;
             }
-            let at = Vec2::new(field.x, field.y) + share * Vec2::new(field.width, field.height);
+            points += 1;
             if !touches(shapes, at) {
                 free += 1;
                 let room = room(shapes, at);
@@ -570,7 +579,8 @@ impl Free {
             }
         }
         Self {
-            share: free as f32 / (GRID * GRID) as f32,
+            share: free as f32 / points.max(1) as f32,
+            share_of_bounds: free as f32 / (GRID * GRID) as f32,
             roomiest,
         }
     }

@@ -12,6 +12,8 @@ use crate::parts::network::Network;
 use crate::world::differential::{Differential, GREATEST_MEMBERS};
 use crate::world::robot::{Build, Robot};
 use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use crate::world::start::{Poses, Zone};
+use crate::world::varied::GREATEST_DRAWN;
 
 /// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);
@@ -263,11 +265,29 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("start.kind", "", Any, "Miglino et al. 1995, section 3.1",
             "Where episodes start.", |spec, _| Some(&mut spec.as_mut().start)),
         row("start.x_mm", "mm", COORDINATE, "",
-            "x of the start.", |spec, _| match &mut spec.as_mut().start { Start::At { x, .. } => Some(x), Start::Random => None }),
+            "x of the start.", |spec, _| match &mut spec.as_mut().start { Start::At { x, .. } => Some(x), Start::Zone(zone) => Some(&mut zone.x), _ => None }),
         row("start.y_mm", "mm", COORDINATE, "",
-            "y of the start.", |spec, _| match &mut spec.as_mut().start { Start::At { y, .. } => Some(y), Start::Random => None }),
+            "y of the start.", |spec, _| match &mut spec.as_mut().start { Start::At { y, .. } => Some(y), Start::Zone(zone) => Some(&mut zone.y), _ => None }),
         row("start.heading_turns", "turns", TURNS, OURS,
-            "Heading at the start, counter-clockwise from the x axis.", |spec, _| match &mut spec.as_mut().start { Start::At { heading, .. } => Some(heading), Start::Random => None }),
+            "Heading at the start, counter-clockwise from the x axis.", |spec, _| match &mut spec.as_mut().start { Start::At { heading, .. } => Some(heading), _ => None }),
+        row("start.poses", "mm, mm, turns", Text("1 to 1000 lists of three numbers: x and y in mm, and the heading in turns"), OURS,
+            "Poses, of which trial after trial takes the next one.", |spec, _| match &mut spec.as_mut().start { Start::Poses(poses) => Some(poses), _ => None }),
+        row("start.sides_mm", "mm", LENGTH, OURS,
+            "Sides of a rectangular zone, along the axes.", |spec, _| Some(&mut zone(spec)?.sides)),
+        row("start.radius_mm", "mm", LENGTH, OURS,
+            "Radius of a round zone.", |spec, _| Some(&mut zone(spec)?.radius)),
+        row("start.inner_radius_mm", "mm", LENGTH, OURS,
+            "Radius around its middle that a round zone leaves out; default: none.", |spec, _| Some(&mut zone(spec)?.inner)),
+        row("start.patch", "", Whole(0, 63), OURS,
+            "Number of a patch of the floor that is the zone, from 0, such as a nest.", |spec, _| Some(&mut zone(spec)?.patch)),
+        row("worlds.vary", "", Text("for keys of numbers of arena, noise, robot and start, their ranges, [least, greatest]"), OURS,
+            "Numbers drawn for each of the worlds, uniformly; a key with [] stands for each element of its list.", |spec, _| Some(&mut spec.as_mut().varied.vary)),
+        row("worlds.choose", "", Text("for such keys, lists of values"), OURS,
+            "Numbers of which each of the worlds takes one at random.", |spec, _| Some(&mut spec.as_mut().varied.choose)),
+        row("worlds.count", "", Whole(1, GREATEST_DRAWN.into()), OURS,
+            "Number of worlds drawn, of which each trial of a generation takes one at random; default: 100.", |spec, _| Some(&mut spec.as_mut().varied.count)),
+        row("worlds.seed", "", Whole(0, i64::MAX as u64), OURS,
+            "Seed of these worlds: another one gives other worlds; default: 0.", |spec, _| Some(&mut spec.as_mut().varied.seed)),
     ];
     let mut foragers = foraging::parameters();
     foragers.extend([
@@ -282,6 +302,14 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
     foragers.retain(|forager| rows.iter().all(|row| row.key != forager.key));
     rows.extend(foragers);
     rows
+}
+
+/// The zone that robots start in.
+fn zone<T: AsMut<WorldSpec>>(spec: &mut T) -> Option<&mut Zone> {
+    match &mut spec.as_mut().start {
+        Start::Zone(zone) => Some(zone),
+        _ => None,
+    }
 }
 
 impl AsForaging for WorldSpec {
@@ -426,6 +454,23 @@ impl Choice for Start {
                 heading: 0.0,
             },
             "one pose for all episodes",
+        ),
+        (
+            "poses",
+            Self::Poses(Poses(Vec::new())),
+            "a list of poses, one for each trial",
+        ),
+        (
+            "zone",
+            Self::Zone(Zone {
+                x: None,
+                y: None,
+                sides: None,
+                radius: None,
+                inner: None,
+                patch: None,
+            }),
+            "a free pose in a part of the arena",
         ),
     ];
 }

@@ -12,6 +12,7 @@ use crate::world::pack::{objects, patch, shapes, squared_distance, touches};
 use crate::world::physics::Physics;
 use crate::world::sensors::Feature;
 use crate::world::spec::{Start, WorldSpec};
+use crate::world::start::Area;
 
 /// Points along the longest side of the grid: a hundredth of a second for a few dozen objects.
 const MOST: f32 = 400.0;
@@ -25,12 +26,11 @@ struct Reached {
 }
 
 impl Reached {
-    /// Follows all ways from where robots may start. `None` if the arena is too large for such a grid.
-    fn from(spec: &WorldSpec, physics: &Physics, start: Start) -> Option<Self> {
+    /// Follows all ways from where robots may start, given an area or the poses. `None` if the arena is too large for such a grid.
+    fn from(spec: &WorldSpec, physics: &Physics, area: Option<Area>) -> Option<Self> {
         let radius = spec.robot.body_radius;
         let margin = 4.0 * radius;
         let field = spec.arena.field;
-        let middle = Vec2::new(field.x + 0.5 * field.width, field.y + 0.5 * field.height);
         // With all walls, unless one is too far away.
         let (around, step) = [spec.arena.within_walls(), field].into_iter().find_map(|around| {
             let longest = around.width.max(around.height) + 2.0 * margin;
@@ -43,10 +43,10 @@ impl Reached {
             [around.width, around.height].map(|side| ((side + 2.0 * margin) / step).ceil() as usize + 1);
         let place = |point: usize| low + step * Vec2::new((point % columns) as f32, (point / columns) as f32);
         let shapes = shapes(spec, physics);
-        let may_start = |at: Vec2| match start {
-            Start::Random if spec.arena.is_field_round => at.distance(middle) <= 0.5 * field.width,
-            Start::Random => field.contains(at.x, at.y),
-            Start::At { x, y, .. } => at.distance(Vec2::new(x, y)) < step,
+        let places = places(spec);
+        let may_start = |at: Vec2| match area {
+            Some(area) => area.contains(at),
+            None => places.iter().any(|place| at.distance(*place) < step),
         };
         let mut is_free: Vec<bool> = (0..columns * rows)
             .map(|point| !touches(&shapes, place(point)))
@@ -81,9 +81,23 @@ impl Reached {
     }
 }
 
+/// Where a world's starts are drawn from; `None` if it says where they are.
+fn area(spec: &WorldSpec) -> Option<Area> {
+    spec.start.is_drawn().then(|| Area::of(spec).ok()).flatten()
+}
+
+/// Where its starts are.
+fn places(spec: &WorldSpec) -> Vec<Vec2> {
+    match &spec.start {
+        Start::At { x, y, .. } => vec![Vec2::new(*x, *y)],
+        Start::Poses(poses) => poses.0.iter().map(|[x, y, _]| Vec2::new(*x, *y)).collect(),
+        Start::Random | Start::Zone(_) => Vec::new(),
+    }
+}
+
 /// Whether walls and objects keep a robot in the arena. `None` if it is too large for the grid.
 pub(super) fn is_enclosed(spec: &WorldSpec, physics: &Physics) -> Option<bool> {
-    Reached::from(spec, physics, spec.start).map(|reached| !reached.is_open)
+    Reached::from(spec, physics, area(spec)).map(|reached| !reached.is_open)
 }
 
 /// Keys of what no robot gets near enough to notice, and of starts outside of the arena.
@@ -97,14 +111,13 @@ pub(super) fn unreached(spec: &WorldSpec, physics: &Physics) -> Vec<String> {
     let things = things(spec, physics);
     // The same for all worlds of an arena: a sweep has thousands of them.
     let Field { x, y, width, height } = spec.arena.field;
-    let start = match spec.start {
-        Start::Random => [f32::NAN; 2],
-        Start::At { x, y, .. } => [x, y],
-    };
+    let zone = area(spec).map_or([f32::NAN; 4], |area| area.numbers());
+    let starts: Vec<f32> = places(spec).into_iter().flat_map(|place| place.to_array()).collect();
     let of_robot = [spec.robot.body_radius, travel(spec, physics)];
     let numbers = [
         &[x, y, width, height][..],
-        &start,
+        &zone,
+        &starts,
         &of_robot,
         physics.start_places().as_flattened(),
     ]
@@ -160,7 +173,7 @@ fn travel(spec: &WorldSpec, physics: &Physics) -> f32 {
 }
 
 fn find(spec: &WorldSpec, physics: &Physics, things: &[Thing]) -> Vec<String> {
-    let Some(reached) = Reached::from(spec, physics, spec.start) else {
+    let Some(reached) = Reached::from(spec, physics, area(spec)) else {
         return Vec::new();
     };
     let mut keys = Vec::new();
@@ -170,7 +183,8 @@ fn find(spec: &WorldSpec, physics: &Physics, things: &[Thing]) -> Vec<String> {
         .filter(|(_, shape, distance)| !reached.is_within(shape, distance + beyond));
     keys.extend(unnoticed.map(|(key, ..)| key.clone()));
     // Random starts fill the field. If robots can't leave it, a place that they can't reach is outside.
-    let Some(inside) = Reached::from(spec, physics, Start::Random).filter(|inside| !inside.is_open) else {
+    let Some(inside) = Reached::from(spec, physics, Some(Area::of_field(&spec.arena))).filter(|inside| !inside.is_open)
+    else {
         return keys;
     };
     let is_outside = |[x, y]: [f32; 2]| {
@@ -181,9 +195,7 @@ fn find(spec: &WorldSpec, physics: &Physics, things: &[Thing]) -> Vec<String> {
         };
         !inside.is_within(&point, 0.0)
     };
-    if let Start::At { x, y, .. } = spec.start
-        && is_outside([x, y])
-    {
+    if places(spec).iter().any(|place| is_outside(place.to_array())) {
         keys.push("start".to_owned());
     }
     if physics.start_places().iter().any(|place| is_outside(*place)) {

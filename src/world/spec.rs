@@ -11,8 +11,10 @@ use crate::world::arena::Arena;
 use crate::world::forager::Forager;
 use crate::world::noise::Noise;
 use crate::world::robot::{Build, Robot};
+use crate::world::start::{Poses, Zone};
 use crate::world::surrogate::Surrogate;
 use crate::world::tables::SENSOR_NAMES;
+use crate::world::varied::Varied;
 
 /// Mapping from sensors to wheel commands, with weights and biases as genes.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,7 +152,7 @@ impl Task {
 }
 
 /// Start of an episode.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Start {
     /// A free pose, drawn uniformly over the arena's field and all headings with the episode's own key.
     Random,
@@ -163,6 +165,17 @@ pub enum Start {
         /// Heading in turns, -1 to 1; a world has it from 0 to less than 1.
         heading: f32,
     },
+    /// A list of poses: trial after trial takes the next one.
+    Poses(Poses),
+    /// A free pose in a part of the arena, drawn like [`Start::Random`].
+    Zone(Zone),
+}
+
+impl Start {
+    /// Whether poses are drawn.
+    pub fn is_drawn(&self) -> bool {
+        matches!(self, Self::Random | Self::Zone(_))
+    }
 }
 
 /// Everything about an episode except genes and seed.
@@ -185,6 +198,8 @@ pub struct WorldSpec {
     pub own: OwnParts,
     /// Start of episodes.
     pub start: Start,
+    /// Numbers that differ between episodes.
+    pub varied: Varied,
     /// Length of an episode in cycles of 100 ms, 1 to 1,000,000.
     pub cycles: u32,
 }
@@ -202,6 +217,7 @@ impl WorldSpec {
             task: Task::AVOIDANCE,
             own: OwnParts::default(),
             start: Start::Random,
+            varied: Varied::default(),
             cycles: 500,
         }
     }

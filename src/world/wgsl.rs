@@ -9,7 +9,7 @@ use crate::world::arena::{Arena, Patch};
 use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
 use crate::world::reference::Reference;
 use crate::world::sensors::{Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
-use crate::world::spec::WorldSpec;
+use crate::world::spec::{Start, WorldSpec};
 use crate::world::tables::SensorTables;
 
 /// Generates the WGSL of a world's parametric robot, or of an individual that differs from it.
@@ -21,7 +21,7 @@ pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Re
     let arena = &spec.arena;
     let mut text = readings(robot, &spec.robot.sensors, arena, is_individual) + &drive(robot, arena);
     if let Some(together) = &robot.together {
-        text += &constants(robot, together, arena, spec.robot.body_radius);
+        text += &constants(robot, together, spec);
     }
     Ok(text)
 }
@@ -372,7 +372,11 @@ fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> Strin
 }
 
 /// Where a robot starts: at its own place, or at a drawn one.
-fn start_place(robot: &Described, together: &Together, arena: &Arena) -> String {
+fn start_place(robot: &Described, together: &Together, spec: &WorldSpec) -> String {
+    let arena = &spec.arena;
+    if let Start::Zone(_) = spec.start {
+        return "    return place_in_zone(world, u);\n".to_owned();
+    }
     if together.starts.is_some() {
         let first = robot.differing_cell(arena);
         return format!("    let cell = numbers(world, {first}u + member);\n    return vec2<f32>(cell.x, cell.y);\n");
@@ -404,7 +408,8 @@ fn first_gene(robot: &Described, together: &Together, arena: &Arena) -> String {
 }
 
 /// Constants of a robot's world.
-fn constants(robot: &Described, together: &Together, arena: &Arena, body_radius: f32) -> String {
+fn constants(robot: &Described, together: &Together, spec: &WorldSpec) -> String {
+    let (arena, body_radius) = (&spec.arena, spec.robot.body_radius);
     let mut text = format!(
         "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;
 const MEMBERS_CELL: u32 = {}u;
@@ -415,7 +420,7 @@ fn first_gene(episode: Episode, member: u32) -> u32 {{
 }}
 ",
         robot.members_cell(arena),
-        start_place(robot, together, arena),
+        start_place(robot, together, spec),
         first_gene(robot, together, arena)
     );
     if together.model.is_some() {

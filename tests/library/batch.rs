@@ -32,7 +32,7 @@ impl Crowd {
         all.map(|(index, (&world, genes))| Rollout {
             world,
             genes,
-            key: Key([index as u32, 7]),
+            key: Key::of_words([index as u32, 7]),
         })
         .collect()
     }
@@ -153,7 +153,7 @@ fn genes_near_zero_count_as_zero() {
         &[Rollout {
             world: 0,
             genes: &genes,
-            key: Key([0, 0]),
+            key: Key::of_words([0, 0]),
         }],
         None,
     )
@@ -182,7 +182,7 @@ fn bad_rollouts_are_refused_by_index() {
         let of = |genes| Rollout {
             world: 0,
             genes,
-            key: Key([0, 0]),
+            key: Key::of_words([0, 0]),
         };
         let invalid = Batch::new(&worlds, &[of(&good[..]), of(&genes[..])], None).unwrap_err();
         assert_eq!(invalid.field, "rollouts[1].genes[17]");
@@ -194,7 +194,7 @@ fn bad_rollouts_are_refused_by_index() {
             &[Rollout {
                 world,
                 genes,
-                key: Key([0, 0]),
+                key: Key::of_words([0, 0]),
             }],
             trace,
         )

@@ -15,6 +15,7 @@ macro_rules! features {
 features! {
     behaviour_tree: "behaviour-trees",
     differential: "differential",
+    drawn: "drawn",
     drives: "drives",
     forager_parts: "forager-parts",
     genomes: "genomes",

@@ -381,7 +381,7 @@ fn invalid_values_are_refused_by_name() {
     let rollout = Rollout {
         world: 0,
         genes: &[0.5; 3],
-        key: Key([0, 0]),
+        key: Key::default(),
     };
     assert_eq!(worlds.batch(&[rollout], None).unwrap_err().field, "rollouts[0].genes");
 }

@@ -35,6 +35,7 @@ mod cpu;
 #[cfg(feature = "compose")]
 mod differential;
 #[cfg(feature = "compose")]
+mod drawn;
 mod drives;
 #[cfg(feature = "native")]
 mod features;

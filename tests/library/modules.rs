@@ -162,7 +162,7 @@ pub(crate) fn places(world: &World) -> [Vec<usize>; 2] {
 
 /// The first robot's key in a life of a batch.
 pub(crate) fn key_of(life: u64) -> [u32; 2] {
-    let Key([a, b]) = key(life);
+    let [a, b] = key(life).words;
     let [a, b, ..] = pcg4d([a, b, 0, 0xff00]);
     [a, b]
 }

@@ -49,7 +49,7 @@ fn reading(surrogate: &Surrogate, sensor: usize, gap: f32, off_axis: f64) -> f32
     let rollout = Rollout {
         world: 0,
         genes: &genes,
-        key: Key([1, 2]),
+        key: Key::of_words([1, 2]),
     };
     let batch = Batch::new(&[world], &[rollout], Some(TraceRequest { every: 1 })).unwrap();
     evaluated(&mut scalar(), &batch)[0].activations(0)[sensor] * 1023.0

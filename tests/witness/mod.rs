@@ -144,7 +144,7 @@ fn squared([x, y]: [f32; 2]) -> f32 {
 }
 
 fn units(key: Key, stream: u32, step: u32, block: u32) -> [f32; 4] {
-    pcg4d([key.0[0], key.0[1], step, stream << 16 | block]).map(|word| (word >> 8) as f32 / 16_777_216.0)
+    pcg4d([key.words[0], key.words[1], step, stream << 16 | block]).map(|word| (word >> 8) as f32 / 16_777_216.0)
 }
 
 /// Motion of one pair of motor states, and its reward if nothing is near.
@@ -326,6 +326,7 @@ impl<'a> Life<'a> {
                 setting.around(x, y, &mut near);
                 (x, y, heading)
             }
+            Start::Poses(_) | Start::Zone(_) => unreachable!("these worlds have neither"),
             Start::Random => {
                 let field = spec.arena.field;
                 (0..64)

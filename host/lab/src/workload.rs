@@ -11,7 +11,7 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::swarm::{self, Lamp, Order, Swarm};
 use oneiro::tables::SensorTable;
-use oneiro::world::{Activation, Controller, Difference, Noise, Robot, Speed, Start, Task, World, WorldSpec};
+use oneiro::world::{Activation, Controller, Difference, Noise, Robot, Speed, Start, Task, Varied, World, WorldSpec};
 
 /// Cycles of an episode, as in the 1995 paper.
 pub const CYCLES: u32 = 500;
@@ -103,6 +103,7 @@ pub fn worlds(controller: &Controller, robot: &Robot) -> Result<Vec<World>, Inva
             };
             worlds.push(World::new(WorldSpec {
                 surrogate: None,
+                varied: Varied::default(),
                 robot: Robot {
                     turn_before_move: [0.0, 0.5, 1.0][turn % 3],
                     ..robot.clone()

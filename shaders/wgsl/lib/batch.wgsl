@@ -25,11 +25,18 @@ struct World {
     steps: u32,
     first_shape: u32,
     shapes: u32,
-    // the field that random starts are drawn from
+    // the arena's field
     field_x: f32,
     field_y: f32,
     field_width: f32,
     field_height: f32,
+    // the zone that random starts are drawn from: a corner and the sides; or if it is round the middle, the square of the radius
+    // around it that is left out, and what the square of the zone's radius has above that
+    zone_is_round: u32,
+    zone_x: f32,
+    zone_y: f32,
+    zone_width: f32,
+    zone_height: f32,
     // 1 to start each episode at a random free pose, 0 at the pose below
     random_start: u32,
     start_x: f32,
@@ -115,13 +122,13 @@ struct Group {
 // Four words a cell: eight 16-bit readings of sensors, or displacement, turn and wheel speeds of motors.
 @group(0) @binding(3) var<storage, read> tables: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> groups: array<Group>;
-// A group's inputs, field by field, LANES values a field: the two words of the key, then the genes.
+// A group's inputs, field by field, LANES values a field: the words of the key, then the genes.
 @group(0) @binding(5) var<storage, read> inputs: array<u32>;
 @group(0) @binding(7) var<storage, read_write> fitness: array<f32>;
 
 const LANES: u32 = 64u;
-// Words of the key.
-const KEY_WORDS: u32 = 2u;
+// Words of the key: the key of its random numbers, and the number of its trial.
+const KEY_WORDS: u32 = 3u;
 
 // A number with zero's one sign, as everything is stored.
 fn stored(x: f32) -> f32 {

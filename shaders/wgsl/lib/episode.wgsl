@@ -27,11 +27,12 @@ struct Line {
 @group(0) @binding(6) var<storage, read_write> state: array<EpisodeState>;
 @group(0) @binding(8) var<storage, read_write> trace: array<Line>;
 
-// An episode: its world, the key of its random numbers, and the index of its first gene.
+// An episode: its world, the key of its random numbers, the index of its first gene, and the number of its trial.
 struct Episode {
     world: u32,
     key: vec2<u32>,
     genes: u32,
+    trial: u32,
 }
 
 // Where an episode starts: x and y in mm, heading in turns.
@@ -42,17 +43,24 @@ fn first_pose(episode: Episode) -> vec3<f32> {
     return vec3<f32>(worlds[episode.world].start_x, worlds[episode.world].start_y, worlds[episode.world].start_heading);
 }
 
-// A free pose, uniform over the world's field and all headings. Of 64 draws none being free leaves the
+// A place in the zone that random starts are drawn from, uniform over it.
+fn place_in_zone(world: u32, u: vec4<f32>) -> vec2<f32> {
+    let corner = vec2<f32>(worlds[world].zone_x, worlds[world].zone_y);
+    let size = vec2<f32>(worlds[world].zone_width, worlds[world].zone_height);
+    if (worlds[world].zone_is_round != 0u) {
+        return corner + root(size.x + u.x * size.y) * cosine_sine(u.y);
+    }
+    return vec2<f32>(corner.x + u.x * size.x, corner.y + u.y * size.y);
+}
+
+// A free pose, uniform over the zone of starts and all headings. Of 64 draws none being free leaves the
 // world's own free pose, found when the world was made.
 fn random_pose(episode: Episode) -> vec3<f32> {
     let world = episode.world;
     var pose = vec3<f32>(worlds[world].start_x, worlds[world].start_y, worlds[world].start_heading);
     for (var draw = 0u; draw < 64u; draw++) {
         let u = units(random_words(episode.key, STREAM_START, 0u, draw));
-        let at = vec2<f32>(
-            worlds[world].field_x + u.x * worlds[world].field_width,
-            worlds[world].field_y + u.y * worlds[world].field_height,
-        );
+        let at = place_in_zone(world, u);
         if (!touches(world, at)) {
             pose = vec3<f32>(at, u.z);
             break;

@@ -27,12 +27,13 @@ const MEMBER_MEMORY: u32 = 16u;
 
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 
-// An episode: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
-// are, and the robot's number. Of a world as a whole the key is its own, the gene that of the genome, and the robot the first.
+// An episode: the world, the key of its random numbers, the index of its first gene and the number of its trial; where the world's
+// words and this robot's are, and the robot's number. Of a world as a whole the key is its own, the gene that of the genome, and the robot the first.
 struct Episode {
     world: u32,
     key: vec2<u32>,
     genes: u32,
+    trial: u32,
     world_words: u32,
     member_words: u32,
     member: u32,
@@ -94,7 +95,7 @@ fn member_pose(member_words: u32) -> vec3<f32> {
 fn member_episode(episode: Episode, member: u32) -> Episode {
     let member_words = member_at(episode, member);
     let key = vec2<u32>(word(member_words, MEMBER_KEY), word(member_words, MEMBER_KEY + 1u));
-    return Episode(episode.world, key, first_gene(episode, member), episode.world_words, member_words, member);
+    return Episode(episode.world, key, first_gene(episode, member), episode.trial, episode.world_words, member_words, member);
 }
 
 // Functions of the swarm for users' parts; docs/swarms.md lists them.

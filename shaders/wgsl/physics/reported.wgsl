@@ -30,7 +30,7 @@ fn reported_pose(episode: Episode, first: u32) -> vec3<f32> {
 
 // The episode as the controller knows it: its genes are after the reports.
 fn of_genes(episode: Episode) -> Episode {
-    return Episode(episode.world, episode.key, episode.genes + REPORTS * LANES);
+    return Episode(episode.world, episode.key, episode.genes + REPORTS * LANES, episode.trial);
 }
 
 fn first_state(episode: Episode) -> EpisodeState {

@@ -19,9 +19,12 @@ const READINGS: usize = 12;
 pub fn robot_key(world: Key, robot: u32) -> Key {
     // As `begin` in `physics/arena.wgsl` draws it: the stream of starts at step 0, from this block on.
     const FIRST_BLOCK: u32 = 0xff00;
-    let [low, high] = world.0;
+    let [low, high] = world.words;
     let [low, high, ..] = pcg4d([low, high, 0, FIRST_BLOCK + robot]);
-    Key([low, high])
+    Key {
+        words: [low, high],
+        ..world
+    }
 }
 
 /// A robot's command for a cycle.
@@ -220,8 +223,8 @@ impl WorldKind for Packed {
         self.swarm.robots
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> episode::World {
-        let world = self.swarm.pack(buffers);
+    fn pack(&self, variant: usize, buffers: &mut Buffers) -> episode::World {
+        let world = self.swarm.pack(variant, buffers);
         episode::World {
             steps: world.steps + 1,
             ..world

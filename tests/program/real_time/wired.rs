@@ -77,7 +77,7 @@ fn told_again(place: &Place, life: &str, genes: &[f32], key: &str, start: [f32; 
         ..WorldSpec::miglino1995()
     })
     .unwrap();
-    let key = Key([0, 8].map(|digit| u32::from_str_radix(&key[digit..digit + 8], 16).unwrap()));
+    let key = Key::of_words([0, 8].map(|digit| u32::from_str_radix(&key[digit..digit + 8], 16).unwrap()));
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let mut told = world.begin(genes, key, start).unwrap();
     for cycle in 0..table.rows.len() {

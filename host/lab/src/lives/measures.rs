@@ -9,6 +9,7 @@ use std::sync::Arc;
 use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
 use oneiro::batch::{Record, Trace};
 use oneiro::compose::{DetailKind, Kind, Scalar};
+use oneiro::random::Key;
 use oneiro::world::World;
 use oneiro_base::contents::Column;
 use oneiro_report::csv::number;
@@ -184,6 +185,34 @@ pub(crate) struct Frame {
     cycles: u32,
     /// What is measured: the bits of parts.
     parts: u32,
+}
+
+/// The frames of a world's episodes: one for each variant.
+#[derive(Clone, Debug)]
+pub(crate) struct Frames {
+    world: World,
+    of_variants: Vec<Arc<Frame>>,
+}
+
+impl Frames {
+    /// As [`Frame::new`].
+    pub(crate) fn new(world: &World, cycles: u32, wanted: &[Descriptor]) -> Self {
+        let frame = |variant| Arc::new(Frame::new(variant, cycles, wanted));
+        Self {
+            world: world.clone(),
+            of_variants: world.variants().iter().map(frame).collect(),
+        }
+    }
+
+    /// That of an episode.
+    pub(crate) fn of(&self, key: Key) -> Arc<Frame> {
+        Arc::clone(&self.of_variants[self.world.variant(key)])
+    }
+
+    /// Whether the record of the last cycle is enough.
+    pub(crate) fn needs_only_the_end(&self) -> bool {
+        self.of_variants[0].needs_only_the_end()
+    }
 }
 
 impl Frame {

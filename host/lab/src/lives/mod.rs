@@ -13,7 +13,6 @@ pub mod starts;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Arc;
 
 use oneiro::batch::{Batch, LANES, Outcome, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
@@ -22,7 +21,7 @@ use oneiro::world::World;
 use oneiro_base::exit::Result;
 use oneiro_evolve::Population;
 
-use measures::{Descriptor, Frame, Measures, Meter};
+use measures::{Descriptor, Frames, Measures, Meter};
 
 /// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;
@@ -133,10 +132,10 @@ impl Lives<'_> {
         mut ended: impl FnMut(LifeIndex, f32, &Measures),
     ) -> Result {
         let world = &self.worlds[0];
-        let frame = Arc::new(Frame::new(world, cycles, measures));
+        let frames = Frames::new(world, cycles, measures);
         let mut under_way = BTreeMap::new();
         self.traced(evaluator, control, cycles, |life, lived, records, fitness| {
-            let new = || (f32::NAN, Meter::new(Arc::clone(&frame)));
+            let new = || (f32::NAN, Meter::new(frames.of(self.keys.of(life.genome, life.number))));
             let (own, meter) = under_way.entry(life).or_insert_with(new);
             if !measures.is_empty() {
                 meter.add_all(records);

@@ -49,7 +49,7 @@ impl<'a> SurrogateRobot<'a> {
             return Ok(self.world.clone());
         }
         World::new(WorldSpec {
-            start: start.map_or(spec.start, |[x, y, heading]| Start::At { x, y, heading }),
+            start: start.map_or_else(|| spec.start.clone(), |[x, y, heading]| Start::At { x, y, heading }),
             cycles,
             ..spec.clone()
         })

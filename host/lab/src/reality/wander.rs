@@ -9,7 +9,7 @@ pub const WALK: u32 = 100;
 /// before an object, and biases U(0, 5), which drive ahead in the open.
 pub fn wanderer(key: Key, inputs: usize, genes: usize) -> Vec<f32> {
     let gene = |gene: usize| {
-        let [word, ..] = pcg4d([key.0[0], key.0[1], gene as u32, 1995]);
+        let [word, ..] = pcg4d([key.words[0], key.words[1], gene as u32, 1995]);
         let share = (word >> 8) as f32 / (1 << 24) as f32;
         // An output has its weights, then its bias.
         if gene % (inputs + 1) == inputs {

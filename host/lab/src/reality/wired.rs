@@ -192,6 +192,11 @@ pub fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> {
 /// # Errors
 /// Exit 3: a world that is not valid, a sensor of a kind that no connected robot has, or a speed that the guard does not allow.
 pub fn possible(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<Kind>> {
+    if spec.varies() {
+        let problem =
+            "start.kind, worlds: vary, which a real robot's world doesn't; allowed: one world for all episodes";
+        return Err(Failure::input(problem));
+    }
     let kinds = kinds(spec).map_err(Failure::input)?;
     let greatest = guard::values::Values::of(guard).map_err(Failure::input)?.speed_mm_s;
     values.speed(spec, greatest, "the guard allows")?;
@@ -529,7 +534,7 @@ impl Lives {
 /// Evaluates a cycle that does not count: what is compiled at first use would make the first cycle late.
 fn warm_up(world: &Reported, cpu: &mut Cpu) -> Result {
     let genes = vec![0.0; world.world().genes()];
-    let mut life = world.begin(&genes, oneiro::random::Key([0; 2]), [0.0; 3])?;
+    let mut life = world.begin(&genes, oneiro::random::Key::default(), [0.0; 3])?;
     let readings = vec![0.0; world.readings()];
     life.speeds(cpu, &readings).map_err(failed)?;
     Ok(())

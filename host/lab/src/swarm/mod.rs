@@ -62,7 +62,7 @@ impl Plan {
 
     /// The seed of a robot's random numbers.
     pub fn robot_seed(&self, robot: usize) -> u64 {
-        let Key([low, high]) = Key::rollout(self.seed, u64::MAX, robot as u64, 0);
+        let [low, high] = Key::rollout(self.seed, u64::MAX, robot as u64, 0).words;
         u64::from(low) | u64::from(high) << 32
     }
 

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use glam::DVec2;
-use oneiro::arena::Arena;
+use oneiro::arena::{Arena, Field};
 use oneiro::batch::Record;
 use oneiro::differential::{BUMPER_WIDTH, Mark, Sensor};
 use oneiro::parameter::Choice;
@@ -36,7 +36,7 @@ const CYCLE: f64 = 0.1;
 
 /// Draws an arena, with a robot at the common start of all episodes or else, for scale, where there is most room, and a
 /// parametric robot's sensors. `body_radius` is in mm.
-pub fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor], start: Start) -> String {
+pub fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor], start: &Start) -> String {
     let sheet = Sheet::new(arena);
     let title = format!(
         "{}: {} x {} mm",
@@ -45,11 +45,17 @@ pub fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor], start: Start) 
         number_mm(arena.field.height)
     );
     let mut svg = sheet.start(arena, &title);
-    let (at, heading) = match start {
-        Start::Random => (roomiest(arena), 0.0),
-        Start::At { x, y, heading } => ((f64::from(x), f64::from(y)), f64::from(heading)),
+    let pose = |[x, y, heading]: [f32; 3]| ((f64::from(x), f64::from(y)), f64::from(heading));
+    let poses = match start {
+        Start::Random => vec![(roomiest(arena, arena.field), 0.0)],
+        Start::Zone(zone) => vec![(roomiest(arena, zone.bounds(arena).unwrap_or(arena.field)), 0.0)],
+        Start::At { x, y, heading } => vec![pose([*x, *y, *heading])],
+        Start::Poses(poses) => poses.0.iter().copied().map(pose).collect(),
     };
-    sheet.robot(&mut svg, at, heading, f64::from(body_radius), SOFT_INK, 0.06);
+    for (at, heading) in &poses {
+        sheet.robot(&mut svg, *at, *heading, f64::from(body_radius), SOFT_INK, 0.06);
+    }
+    let (at, heading) = poses[0];
     for sensor in sensors {
         sheet.sensor(&mut svg, at, heading, body_radius, sensor);
     }
@@ -130,9 +136,8 @@ pub fn paths(arena: &Arena, title: &str, paths: &[Path]) -> String {
 
 /// The point of a grid over the field that is farthest from all walls and obstacles, and from the field's edges; the first one if
 /// several are equal.
-fn roomiest(arena: &Arena) -> (f64, f64) {
+fn roomiest(arena: &Arena, field: Field) -> (f64, f64) {
     const GRID: u32 = 24;
-    let field = arena.field;
     let place =
         |i: u32, from: f32, size: f32| f64::from(from) + (f64::from(i) + 0.5) / f64::from(GRID) * f64::from(size);
     let points = (0..GRID * GRID).map(|i| {
@@ -486,7 +491,7 @@ mod tests {
     #[test]
     fn everything_in_an_arena_is_drawn() {
         let miglino = Arena::miglino1995();
-        let text = arena(&miglino, 27.5, &[], Start::Random);
+        let text = arena(&miglino, 27.5, &[], &Start::Random);
         assert_eq!(
             text.matches("<line").count(),
             miglino.walls.len() + 1 + 3,
@@ -502,7 +507,7 @@ mod tests {
     #[test]
     fn a_block_is_drawn_where_it_stands() {
         let miglino = Arena::miglino1995_block();
-        let text = arena(&miglino, 27.5, &[], Start::Random);
+        let text = arena(&miglino, 27.5, &[], &Start::Random);
         assert_eq!(text.matches("<polygon").count(), 1 + 1, "the floor and the block");
         // The block's long axis is tilted by 30 degrees and passes through (300, 175).
         let along = |mm: f64| (300.0 + mm * 0.75_f64.sqrt(), 175.0 + 0.5 * mm);
@@ -519,7 +524,7 @@ mod tests {
         let diamond = Arena::polygon(&corners, None);
         // A pixel is a millimetre.
         let walls = "468,936 908,496 468,56 28,496";
-        let text = arena(&diamond, 40.0, &[], Start::Random);
+        let text = arena(&diamond, 40.0, &[], &Start::Random);
         assert!(
             text.contains(&format!("<polygon points=\"{walls}\" fill=\"#f5f3ee\"/>")),
             "{text}"
@@ -536,7 +541,7 @@ mod tests {
             patches: vec![patch.clone()],
             ..arena
         };
-        let text = arena(&patched(diamond), 40.0, &[], Start::Random);
+        let text = arena(&patched(diamond), 40.0, &[], &Start::Random);
         assert!(
             text.contains("<clipPath id=\"ground-")
                 && text.contains(&format!("\"><polygon points=\"{walls}\"/></clipPath>"))
@@ -553,7 +558,7 @@ mod tests {
                 .unwrap()
                 .to_owned()
         };
-        let other = arena(&patched(Arena::rectangle(880.0, 880.0)), 40.0, &[], Start::Random);
+        let other = arena(&patched(Arena::rectangle(880.0, 880.0)), 40.0, &[], &Start::Random);
         assert_ne!(name(&text), name(&other));
     }
 
@@ -578,7 +583,7 @@ mod tests {
             },
         ];
         // A pixel is a millimetre.
-        let text = arena(&Arena::rectangle(880.0, 440.0), 40.0, &sensors, Start::Random);
+        let text = arena(&Arena::rectangle(880.0, 440.0), 40.0, &sensors, &Start::Random);
         for part in [
             "rotate(-90)\" stroke=\"#c1121f\"",
             "x1=\"40\" y1=\"0\" x2=\"90\" y2=\"0\"",
@@ -611,7 +616,7 @@ mod tests {
             &Arena::rectangle(880.0, 440.0),
             40.0,
             std::slice::from_ref(&sensor),
-            start,
+            &start,
         );
         let (x, y) = (MARGIN + 250.0, MARGIN + HEAD + 440.0 - 150.0);
         for turn in [-45, -135] {
@@ -623,7 +628,7 @@ mod tests {
             walls: Vec::new(),
             ..Arena::rectangle(880.0, 440.0)
         };
-        let (x, y) = roomiest(&open);
+        let (x, y) = roomiest(&open, open.field);
         assert!((200.0..680.0).contains(&x) && (200.0..240.0).contains(&y), "{x}, {y}");
     }
 
@@ -639,7 +644,7 @@ mod tests {
     #[test]
     fn the_robot_stands_where_there_is_room() {
         let arena = Arena::miglino1995();
-        assert!(clearance(&arena, roomiest(&arena)) > 60.0);
+        assert!(clearance(&arena, roomiest(&arena, arena.field)) > 60.0);
         assert_eq!(clearance(&arena, (300.0, 175.0)), -27.5);
         assert_eq!(clearance(&arena, (30.0, 40.0)), 30.0);
     }

@@ -19,7 +19,7 @@ use crate::parameter::nearest;
 use crate::parts::compose::{Kind, OF_EACH, OwnParts};
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random`, `lib/user` and `lib/given` have them.
-const CALLS: [&str; 20] = [
+const CALLS: [&str; 35] = [
     "reciprocal",
     "root",
     "reciprocal_root",
@@ -40,9 +40,27 @@ const CALLS: [&str; 20] = [
     "body_radius",
     "arena_lights",
     "arena_light",
+    "arena_patches",
+    "arena_patch",
+    "arena_walls",
+    "arena_wall",
+    "arena_obstacles",
+    "arena_obstacle",
+    "arena_blocks",
+    "arena_block",
+    "arena_field",
+    "on_patch",
+    "floor_at",
+    "clearance",
+    "trial",
+    "robots",
+    "robot_number",
 ];
 /// Those that a part may declare itself, for all parts of its experiment. No function that stands for ordinary WGSL calls them.
-const REPLACEABLE: [&str; 7] = [
+const REPLACEABLE: [&str; 10] = [
+    "on_patch",
+    "clearance",
+    "trial",
     "logistic",
     "hyperbolic_tangent",
     "flushed",
@@ -59,7 +77,7 @@ const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
 const NO_MEMORY: &str = "no part can read another's memory; make what is shared a reading of the sensors, and read it as \
     `now.real.own.NAME` in a task or as `readings.own.NAME` in a controller";
 /// Structs and constants of the kernel that parts use.
-const STRUCTS: [&str; 7] = [
+const STRUCTS: [&str; 12] = [
     "Experience",
     "Readings",
     "Motion",
@@ -67,6 +85,11 @@ const STRUCTS: [&str; 7] = [
     "Command",
     "Reward",
     "ArenaLight",
+    "ArenaPatch",
+    "ArenaWall",
+    "ArenaObstacle",
+    "ArenaBlock",
+    "ArenaField",
 ];
 const CONSTANTS: [&str; 4] = ["INPUTS", "STREAM_TASK", "STREAM_CONTROLLER", "STREAM_OWN_SENSOR"];
 
@@ -157,7 +180,7 @@ pub(super) fn problems(
 }
 
 /// Functions that parts may call in swarms; `lib/members` has them.
-const TOGETHER: [&str; 5] = ["robots", "robot_number", "robot_pose", "floor_at", "clusters_within"];
+const TOGETHER: [&str; 2] = ["robot_pose", "clusters_within"];
 
 /// Refuses parts that declare or call what only foragers' or only swarms' kernels have.
 pub(super) fn of_few(custom: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {

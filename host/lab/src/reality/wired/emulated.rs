@@ -90,7 +90,7 @@ pub fn connected(baud: u32) -> Watched {
     Watched {
         own: Direct::new(Box::new(robot), bench.clone(), &[Kind::Proximity]),
         bench,
-        next: ([0.0; 3], Key([0; 2])),
+        next: ([0.0; 3], Key::default()),
         looks: usize::MAX,
         readings: Vec::new(),
         units: Vec::new(),

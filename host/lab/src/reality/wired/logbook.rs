@@ -44,7 +44,7 @@ impl Identity {
     pub(super) fn new(key: Key, genes: &[f32], world: &str) -> Self {
         let bytes: Vec<u8> = genes.iter().flat_map(|gene| gene.to_le_bytes()).collect();
         Self {
-            key: format!("{:08x}{:08x}", key.0[0], key.0[1]),
+            key: format!("{:08x}{:08x}", key.words[0], key.words[1]),
             genome: short(&bytes),
             world: world.into(),
         }

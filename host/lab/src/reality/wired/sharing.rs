@@ -147,7 +147,7 @@ impl Board {
         let mut known = HashMap::new();
         let mut first = |(number, life): (usize, &Life<'_>)| {
             let genes: Vec<u32> = life.genes.iter().map(|gene| gene.to_bits()).collect();
-            *known.entry((life.key.0, genes)).or_insert(number)
+            *known.entry((life.key, genes)).or_insert(number)
         };
         let firsts: Vec<usize> = lives.iter().enumerate().map(&mut first).collect();
         let waiting: VecDeque<usize> = (0..lives.len()).filter(|&number| firsts[number] == number).collect();

@@ -316,7 +316,7 @@ fn a_life_that_is_cut_short_is_lived_again() {
     assert_eq!(place.column("life-2.csv", "cycle"), ["0", "1", "2"]);
     // Troubles that persist or stop the run are returned to the caller.
     let other = Life {
-        key: Key([1, 2]),
+        key: Key::of_words([1, 2]),
         ..life
     };
     mock.troubles = (mock.looks..mock.looks + 3)

@@ -1,14 +1,13 @@
 //! Behaviour of individuals, for optimisers that use it.
 
-use std::sync::Arc;
-
 use oneiro::batch::Trace;
+use oneiro::random::Key;
 use oneiro_base::contents::Column;
 use rayon::prelude::*;
 
 use super::job::means;
 use crate::experiment::Experiment;
-use crate::lives::measures::{self, Descriptor, Frame, Meter};
+use crate::lives::measures::{self, Descriptor, Frames, Meter};
 
 /// Columns of the table of individuals without a behaviour.
 pub(super) static COLUMNS: [Column; 2] = [
@@ -22,7 +21,7 @@ pub(super) static COLUMNS: [Column; 2] = [
 
 /// Measures behaviour by the descriptors of an experiment.
 pub(super) struct Behaviour {
-    frame: Arc<Frame>,
+    frames: Frames,
     descriptors: Vec<Descriptor>,
     /// Cycles between the records that are needed.
     every: u32,
@@ -41,12 +40,12 @@ impl Behaviour {
         let own = |measure: &str| known.iter().find(|own| own.column.name == measure).cloned();
         let wanted = evolution.descriptors.iter();
         let descriptors: Vec<_> = wanted.filter_map(|wanted| own(&wanted.measure)).collect();
-        let frame = Frame::new(world, world.cycles(), &descriptors);
+        let frames = Frames::new(world, world.cycles(), &descriptors);
         // If only the end is needed, the first and the last cycle have a record.
         let last = world.cycles() - 1;
-        let every = if frame.needs_only_the_end() { last.max(1) } else { 1 };
+        let every = if frames.needs_only_the_end() { last.max(1) } else { 1 };
         Some(Self {
-            frame: Arc::new(frame),
+            frames,
             descriptors,
             every,
             records: (last / every) as usize + 1,
@@ -66,28 +65,28 @@ impl Behaviour {
         self.every
     }
 
-    /// The behaviour of each individual, one after the other: means over its episodes; NaN if an episode ended before its first
+    /// The behaviour of each individual, one after the other, given the keys of one's episodes: means over its episodes; NaN if an episode ended before its first
     /// cycle. None if an episode ended early, so that its last record lies between the requested ones: from then on all are
     /// requested.
-    pub(super) fn of(&mut self, traces: &[Trace], trials: u32) -> Option<Vec<f64>> {
+    pub(super) fn of(&mut self, traces: &[Trace], keys: &[Key]) -> Option<Vec<f64>> {
         if self.every > 1 && traces.iter().any(|life| life.len() < self.records) {
             self.every = 1;
             return None;
         }
         let individual = |lives: &[Trace]| {
             let mut measured = Vec::with_capacity(lives.len() * self.descriptors.len());
-            for life in lives {
-                let life = self.measured(life);
+            for (life, key) in lives.iter().zip(keys) {
+                let life = self.measured(life, *key);
                 measured.extend(self.descriptors.iter().map(|own| own.value(&life)));
             }
             means(&measured, self.descriptors.len()).collect::<Vec<f64>>()
         };
-        let all = traces.par_chunks_exact(trials as usize).map(individual);
+        let all = traces.par_chunks_exact(keys.len()).map(individual);
         Some(all.collect::<Vec<_>>().concat())
     }
 
-    fn measured(&self, life: &Trace) -> measures::Measures {
-        let mut meter = Meter::new(Arc::clone(&self.frame));
+    fn measured(&self, life: &Trace, key: Key) -> measures::Measures {
+        let mut meter = Meter::new(self.frames.of(key));
         meter.add_all(life);
         meter.finish()
     }

@@ -82,7 +82,12 @@ impl Individual<'_> {
             generation: *generation,
             individual: *individual,
             seed: self.seed,
-            keys: self.keys.iter().map(|Key([a, b])| format!("{a:08x}{b:08x}")).collect(),
+            keys: self
+                .keys
+                .iter()
+                .map(|key| key.words)
+                .map(|[a, b]| format!("{a:08x}{b:08x}"))
+                .collect(),
             gene_names: self.appraisal.map_or_else(Vec::new, |_| self.layout.names()),
             genome: genome.clone(),
         })

@@ -30,7 +30,7 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>) -> Result<Ans
             &spec.arena,
             spec.robot.body_radius,
             spec.robot.described_sensors(),
-            spec.start,
+            &spec.start,
         );
         files::write_new(path, drawn.as_bytes())?;
         messages.push(format!("drew {}", path.display()));
@@ -180,12 +180,33 @@ fn summary(experiment: &Experiment) -> String {
         ("task", part(spec.own.get(Kind::Task), spec.task.word())),
         (
             "start",
-            match spec.start {
+            match &spec.start {
                 Start::Random if spec.robot.has_starts() => {
                     "each robot at its place (robot.starts_mm), with a random heading".to_owned()
                 }
                 Start::Random => "a random free pose for each episode".to_owned(),
                 Start::At { x, y, heading } => format!("at ({x}, {y}) mm, heading {heading} turns"),
+                Start::Poses(poses) => {
+                    let poses = counted(poses.0.len(), "pose", "poses");
+                    format!("{poses}, of which trial after trial takes the next")
+                }
+                Start::Zone(zone) => format!("a random free pose for each episode, in {}", zone.words()),
+            },
+        ),
+        (
+            "worlds",
+            match world.variants().len() {
+                _ if spec.varied.vary.0.is_empty() && spec.varied.choose.0.is_empty() => {
+                    "one for all episodes".to_owned()
+                }
+                count => format!(
+                    "{count} with {} drawn; each trial of a generation takes one",
+                    counted(
+                        spec.varied.vary.0.len() + spec.varied.choose.0.len(),
+                        "number",
+                        "numbers"
+                    )
+                ),
             },
         ),
         (

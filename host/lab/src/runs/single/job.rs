@@ -376,8 +376,10 @@ impl Evolving {
     /// Takes the fitness of a generation.
     fn bred(&mut self, results: &Results<'_>) -> Result<Step> {
         let settings = self.single.experiment.settings();
+        // Individuals of a generation have the same worlds.
+        let keys: Vec<Key> = keys(settings, self.seed, self.evolution.generation(), 0).collect();
         let (behaviour, unmeasured) = match &mut self.behaviour {
-            Some(own) => match own.of(results.traces, settings.trials) {
+            Some(own) => match own.of(results.traces, &keys) {
                 Some(behaviour) => {
                     let unmeasured = own.unmeasured(&behaviour);
                     (behaviour, Some(unmeasured))

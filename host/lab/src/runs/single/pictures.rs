@@ -6,6 +6,7 @@ mod path;
 mod race;
 
 use oneiro::batch::Trace;
+use oneiro::random::Key;
 use oneiro_base::contents::Entry;
 use oneiro_evolve::Champion;
 use oneiro_evolve::appraisal::Appraisal;
@@ -13,6 +14,7 @@ use oneiro_evolve::map_elites::Archive;
 use oneiro_evolve::race::Round;
 
 use super::Single;
+use super::job::keys;
 use super::rows::Row;
 use crate::experiment::Experiment;
 
@@ -52,6 +54,17 @@ pub(super) struct Drawn<'a> {
     pub(super) rounds: &'a [Round],
     /// The elites, if the optimiser keeps some.
     pub(super) archive: Option<&'a Archive>,
+}
+
+impl Drawn<'_> {
+    /// The key of the champion's first episode.
+    pub(super) fn first_key(&self) -> Key {
+        let Champion {
+            generation, individual, ..
+        } = *self.champion;
+        let mut keys = keys(self.experiment.settings(), self.seed, generation, individual);
+        keys.next().unwrap_or_default()
+    }
 }
 
 impl Drawn<'_> {

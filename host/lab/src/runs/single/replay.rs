@@ -143,7 +143,8 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     taken::check_moment(replay, every, trace.len())?;
     let life = lives.fitness[replay.trial as usize];
     let title = title(&format!(", fitness {}", significant(life.into(), 6)));
-    let spec = world.spec();
+    let shown_in = world.of(shown.key);
+    let spec = shown_in.spec();
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
 
     let directory = replay.out;
@@ -160,7 +161,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     if trace.is_empty() {
         warnings.push(format!("{NO_PAGE}: {}", together::NO_CYCLE));
     } else if world.robots() == 1 {
-        let episode = together::of_one(&world, shown.genes, &trace, every, &title);
+        let episode = together::of_one(shown_in, shown.genes, &trace, every, &title);
         files.push(page(&episode)?);
         taken = taken::write(replay, |side| Frames::new(&episode, side))?;
     } else {

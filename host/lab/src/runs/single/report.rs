@@ -1,8 +1,6 @@
 //! The page of a finished run: how the evolution went, the champion, what was set, and what to do next. It depends only on
 //! the run's results, so that it is always the same.
 
-use std::sync::Arc;
-
 use oneiro::automode::Form;
 use oneiro::parameter::Choice;
 use oneiro_base::console::counted;
@@ -17,7 +15,7 @@ use oneiro_report::page::{Cell, Head, Row, Section, document, facts, figure, par
 use super::pictures::{Drawn, Picture};
 use super::trace::trace_every;
 use super::{CHAMPION_GENES, REPLAY};
-use crate::lives::measures::{self, Frame, Meter};
+use crate::lives::measures::{self, Frames, Meter};
 use crate::runs::report::{commands, settings};
 
 /// Significant digits of scores.
@@ -115,7 +113,7 @@ fn measured(run: &Drawn<'_>) -> String {
         return String::new();
     };
     let all = measures::descriptors(world);
-    let mut meter = Meter::new(Arc::new(Frame::new(world, world.cycles(), &all)));
+    let mut meter = Meter::new(Frames::new(world, world.cycles(), &all).of(run.first_key()));
     meter.add_all(trace);
     let measured = meter.finish();
     let row = |own: &measures::Descriptor| -> Row {

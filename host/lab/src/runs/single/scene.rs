@@ -135,7 +135,8 @@ fn scene(
     let page = if world.robots() == 1 {
         let batch = Batch::new(worlds, &[own], Some(TraceRequest { every: 1 }))?;
         let trace = engine.evaluate(&batch)?.traces.into_iter().next().unwrap_or_default();
-        (!trace.is_empty()).then(|| figures::episode_page(&together::of_one(&world, genome, &trace, 1, &title)))
+        (!trace.is_empty())
+            .then(|| figures::episode_page(&together::of_one(world.of(own.key), genome, &trace, 1, &title)))
     } else {
         together::page_of_swarm(&world, &own, engine, &title)?
     };
@@ -157,7 +158,7 @@ fn scene(
             };
             let paths: Vec<Path> = all.iter().zip(&traces).map(path).collect();
             let title = format!("Paths of {} individuals of generation {generation}", paths.len());
-            Some(figures::paths(&world.spec().arena, &title, &paths))
+            Some(figures::paths(&world.of(own.key).spec().arena, &title, &paths))
         }
         _ => None,
     };

@@ -169,6 +169,8 @@ pub(super) fn compare<T>(
 ) -> Result<(T, Vec<f32>)> {
     let every = every.min(episodes[0].0.cycles());
     let (mut fitness, mut traces, mut watched) = (Vec::new(), Vec::new(), Vec::new());
+    let in_own = |(world, genes): &(World, _)| (world.of(key).clone(), *genes);
+    let episodes: Vec<(World, &[f32])> = episodes.iter().map(in_own).collect();
     for (number, (world, genes)) in episodes.iter().enumerate() {
         let life = Rollout { world: 0, genes, key };
         let trace = (world.robots() == 1).then_some(TraceRequest { every });
@@ -201,7 +203,7 @@ pub(super) fn watch(
     episodes: usize,
     engine: &Engine,
 ) -> Result<std::result::Result<Watched, String>> {
-    let observed = match world.observed() {
+    let observed = match world.of(life.key).observed() {
         Ok(observed) => observed,
         Err(invalid) => return Ok(Err(invalid.to_string())),
     };
@@ -223,7 +225,7 @@ pub(super) fn watch(
 
 /// The page of a swarm's episode. `None` if its world can't be observed, or the episode ends before its first cycle.
 pub(super) fn page_of_swarm(world: &World, life: &Rollout<'_>, engine: &Engine, title: &str) -> Result<Option<String>> {
-    let Ok(observed) = world.observed() else {
+    let Ok(observed) = world.of(life.key).observed() else {
         return Ok(None);
     };
     let mut watched = Watched::new(observed, life, 1, 1);

@@ -203,7 +203,7 @@ mod tests {
         let rollout = Rollout {
             world: 0,
             genes: &[0.5; 18],
-            key: Key([1, 2]),
+            key: Key::of_words([1, 2]),
         };
         let table = TraceTable::new(&world);
         let batch = Batch::new(&[world], &[rollout], Some(TraceRequest { every: 5 })).unwrap();

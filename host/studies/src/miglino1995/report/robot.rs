@@ -28,7 +28,7 @@ pub(super) fn methods(study: &Report<'_>) -> String {
                 study.arena.field.height,
                 study.arena.obstacles.len()
             ),
-            &figures::arena(study.arena, study.body_radius, &[], Start::Random),
+            &figures::arena(study.arena, study.body_radius, &[], &Start::Random),
         ),
         figure(
             "Figure 4",

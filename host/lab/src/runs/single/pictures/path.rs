@@ -13,7 +13,7 @@ pub(super) const PICTURE: Picture = Picture {
     is_of_champion: true,
     is_drawn: |single| !single.ends_outside(),
     draw: |run| {
-        let world = run.experiment.world().spec();
+        let world = run.experiment.world().of(run.first_key()).spec();
         let Champion {
             generation, individual, ..
         } = run.champion;
