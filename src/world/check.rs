@@ -53,6 +53,13 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
         modules(spec, &physics)?;
     }
     own_parts(spec)?;
+    if let Some(ready) = spec.task.ready() {
+        ready.check(&spec.arena)?;
+        if spec.task == Task::StayTogether && physics.together().is_none() {
+            let problem = "is `stay-together`; allowed: only in swarms, with robot.count";
+            return Err(Invalid::new("task.kind", problem));
+        }
+    }
     together(spec, &physics)?;
     new_cell(spec)?;
     greatest_speed(spec, &physics)?;
@@ -252,7 +259,7 @@ fn network(network: &Network, spec: &WorldSpec) -> Result<(), Invalid> {
 fn own_parts(spec: &WorldSpec) -> Result<(), Invalid> {
     let parts = [
         (Kind::Controller, spec.controller == Controller::Own),
-        (Kind::Task, spec.task == Task::Own),
+        (Kind::Task, spec.task.is_part()),
     ];
     for (kind, is_own) in parts {
         if is_own != spec.own.get(kind).is_some() {

@@ -65,6 +65,9 @@ impl World {
 
     /// The same, with a kernel for such episodes.
     pub(crate) fn composed(mut spec: WorldSpec, episodes: EpisodeKind) -> Result<Self, Invalid> {
+        if let Some(ready) = spec.task.ready().filter(|_| spec.own.get(Kind::Task).is_none()) {
+            spec.own.insert(Arc::new(OwnPart::new(Arc::new(ready.part()?), &[])?));
+        }
         let physics = check::check(&mut spec)?;
         let choice = spec.variants()?;
         if spec.varies() {

@@ -22,6 +22,7 @@ mod spec;
 mod start;
 pub mod surrogate;
 pub mod tables;
+pub mod tasks;
 mod varied;
 #[cfg(feature = "compose")]
 mod wgsl;

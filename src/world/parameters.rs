@@ -413,6 +413,30 @@ impl Choice for Task {
             Self::Foraging,
             "a forager's: the seconds left when food is brought to the nest",
         ),
+        (
+            "reach",
+            Self::Reach,
+            "get to a patch of the floor: this and the next seven are in docs/tasks.md",
+        ),
+        ("visit", Self::Visit, "visit all patches of the floor in their order"),
+        (
+            "collect",
+            Self::Collect,
+            "bring food from patches of the floor to one that is the nest",
+        ),
+        ("cover", Self::Cover, "get everywhere"),
+        (
+            "follow-line",
+            Self::FollowLine,
+            "drive forwards on the dark patches of the floor",
+        ),
+        (
+            "follow-wall",
+            Self::FollowWall,
+            "drive along walls, obstacles and blocks",
+        ),
+        ("stay-together", Self::StayTogether, "a swarm's: be in one cluster"),
+        ("phototaxis", Self::Phototaxis, "get to a light and stay there"),
         ("own", Self::Own, "a custom task, in WGSL: see docs/extend.md"),
     ];
 }

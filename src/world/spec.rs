@@ -114,6 +114,22 @@ pub enum Activation {
 pub enum Task {
     /// A user's task, in [`WorldSpec::own`].
     Own,
+    /// Get to a patch of the floor. This task and the following ones are parts: [`crate::tasks::READY`].
+    Reach,
+    /// Visit all patches in their order.
+    Visit,
+    /// Bring food from patches to one that is the nest.
+    Collect,
+    /// Get everywhere.
+    Cover,
+    /// Drive on dark patches.
+    FollowLine,
+    /// Drive along walls and objects.
+    FollowWall,
+    /// Be in one cluster, in swarms.
+    StayTogether,
+    /// Get to a light.
+    Phototaxis,
     /// The seconds left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
     /// [`Build::Forager`].
     Foraging,
@@ -194,7 +210,7 @@ pub struct WorldSpec {
     /// Task that fitness measures.
     pub task: Task,
     /// Sensors that a user wrote, the controller if `controller` is [`Controller::Own`], and the task if `task` is
-    /// [`Task::Own`].
+    /// [`Task::Own`], or one of [`crate::tasks::READY`] with other values than its defaults.
     pub own: OwnParts,
     /// Start of episodes.
     pub start: Start,

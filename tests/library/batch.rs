@@ -65,15 +65,16 @@ fn rollouts_are_grouped_by_world_in_their_order() {
         let slot = batch.slot(rollout).unwrap();
         assert_eq!(batch.rollout(slot), Some(rollout));
         assert_eq!(slot, (rollout % 2) * 2 * LANES + rollout / 2);
-        // The key's two words, then 18 genes, each 64 lanes wide.
+        // The key's two words and the trial, then 18 genes, each 64 lanes wide.
         let group = batch.all().group_table()[slot / LANES];
         let input = |field: usize| batch.all().inputs()[group.inputs as usize + field * LANES + slot % LANES];
         assert_eq!((input(0), input(1)), (rollout as u32, 7));
-        assert!((2..20).all(|field| input(field) == (rollout as f32).to_bits()));
+        assert_eq!(input(2), 0);
+        assert!((3..21).all(|field| input(field) == (rollout as f32).to_bits()));
     }
     assert_eq!(batch.slot(200), None);
     assert_eq!(batch.rollout(100), None, "an idle slot");
-    assert_eq!(batch.all().inputs().len(), 4 * 20 * LANES);
+    assert_eq!(batch.all().inputs().len(), 4 * 21 * LANES);
 }
 
 #[test]
@@ -158,7 +159,7 @@ fn genes_near_zero_count_as_zero() {
         None,
     )
     .unwrap();
-    let packed = |gene: usize| batch.all().inputs()[(2 + gene) * LANES];
+    let packed = |gene: usize| batch.all().inputs()[(3 + gene) * LANES];
     assert_eq!([packed(0), packed(1), packed(2)], [0, 0, 0]);
     assert_eq!(
         [packed(3), packed(4), packed(5)],
@@ -261,7 +262,7 @@ fn worlds_serve_many_batches() {
         let groups = one.all().group_table();
         assert!(groups.iter().all(|group| group.world as usize == world));
         assert_eq!(groups.len(), rollouts.div_ceil(LANES));
-        assert_eq!(one.all().inputs().len(), groups.len() * 20 * LANES);
+        assert_eq!(one.all().inputs().len(), groups.len() * 21 * LANES);
     }
 }
 
@@ -311,7 +312,7 @@ fn lists_are_packed_as_one() {
         .collect();
     assert_eq!(idle.len(), 2);
     for (_, rollouts, first) in idle {
-        let fields = inputs[*first as usize..].chunks_exact(LANES).take(20);
+        let fields = inputs[*first as usize..].chunks_exact(LANES).take(21);
         assert!(
             fields
                 .flat_map(|field| &field[*rollouts as usize..])

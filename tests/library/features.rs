@@ -26,5 +26,6 @@ features! {
     ordinary: "ordinary",
     missions: "reference",
     state_machine: "state-machines",
+    tasks: "tasks",
     varied: "varied",
 }

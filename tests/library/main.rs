@@ -78,6 +78,7 @@ mod stepped;
 mod surrogate;
 mod swarm;
 mod tables;
+mod tasks;
 mod turns;
 #[cfg(feature = "compose")]
 mod varied;

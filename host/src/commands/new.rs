@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use oneiro::compose;
 use oneiro::parameter::nearest;
+use oneiro::tasks::Ready;
+use oneiro::world::Task;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
@@ -57,6 +59,8 @@ fn example(name: &str, out: Option<&Path>, console: Console) -> Result {
     write(found.files, out, console)
 }
 
+/// The robot of a task that is copied, unless --robot names another: one whose sensors the task may need.
+const OF_TASK: &str = "epuck";
 /// The robot of a swarm, unless --robot names another.
 const OF_SWARM: &str = "epuck-rm1.1";
 
@@ -64,7 +68,15 @@ const OF_SWARM: &str = "epuck-rm1.1";
 fn template(arguments: &New, console: Console) -> Result {
     let given = arguments.name.as_deref().unwrap_or_default();
     let name = plain("NAME", "an experiment", given.strip_suffix(".toml").unwrap_or(given))?;
-    let robot = arguments.robot.as_deref().or(arguments.swarm.then_some(OF_SWARM));
+    let task = arguments.task.as_deref().filter(|_| !arguments.forager);
+    let ready = task.and_then(|task| Ready::named(task.strip_suffix(".wgsl").unwrap_or(task)));
+    let is_for_swarms = ready.is_some_and(|ready| ready.task == Task::StayTogether);
+    let of_task = ready.map(|_| if is_for_swarms { OF_SWARM } else { OF_TASK });
+    let robot = arguments
+        .robot
+        .as_deref()
+        .or(arguments.swarm.then_some(OF_SWARM))
+        .or(of_task);
     let robots = match robot.map(Shipped::named).transpose()? {
         Some(robot) if arguments.swarm && !robot.may_swarm() => {
             return Err(Failure::input(format_args!(
@@ -72,7 +84,7 @@ fn template(arguments: &New, console: Console) -> Result {
                 robot.name
             )));
         }
-        Some(robot) if arguments.swarm || robot.is_for_swarms() => Robots::Swarm(robot),
+        Some(robot) if arguments.swarm || is_for_swarms || robot.is_for_swarms() => Robots::Swarm(robot),
         Some(robot) => Robots::Parametric(robot),
         None if arguments.forager => Robots::Forager,
         None => Robots::Khepera,

@@ -10,6 +10,7 @@ use oneiro::arena::Arena;
 use oneiro::backend::{self, Options};
 use oneiro::compose::{Kind, OwnPart, Part};
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
+use oneiro::tasks::Ready;
 use oneiro::world::{GeneLayout, WorldSpec};
 use oneiro_base::console::counted;
 use oneiro_base::exit::{Failure, Result};
@@ -236,20 +237,25 @@ impl<'a> Inputs<'a> {
         taken.clone().map_err(|problem| self.source.invalid(key, problem))
     }
 
-    /// Reads a custom part.
-    pub(super) fn part(&mut self, kind: Kind, file: &PartFile) -> Result<Arc<OwnPart>> {
+    /// Reads a custom part, or makes a task that is ready.
+    pub(super) fn part(&mut self, kind: Kind, file: &PartFile, ready: Option<&Ready>) -> Result<Arc<OwnPart>> {
         let word = kind.word();
-        let Some(name) = &file.part else {
-            let problem = format!("lacks `part`; allowed: the file of the {word}, .wgsl");
-            return Err(self.source.invalid(word, problem));
+        let part = match (ready, &file.part) {
+            (Some(ready), _) => Arc::new(ready.part()?),
+            (None, None) => {
+                let problem = format!("lacks `part`; allowed: the file of the {word}, .wgsl");
+                return Err(self.source.invalid(word, problem));
+            }
+            (None, Some(name)) => {
+                let (path, content) = self.take(&format!("{word}.part"), name)?;
+                let read = |(kind, path): &(Kind, PathBuf)| {
+                    let text = files::as_written(path, content.bytes.clone())?;
+                    let part = Part::new(*kind, &path.display().to_string(), &text);
+                    part.map(Arc::new).map_err(Failure::input)
+                };
+                known(&self.files.parts, (kind, path), read)?
+            }
         };
-        let (path, content) = self.take(&format!("{word}.part"), name)?;
-        let read = |(kind, path): &(Kind, PathBuf)| {
-            let text = files::as_written(path, content.bytes.clone())?;
-            let part = Part::new(*kind, &path.display().to_string(), &text);
-            part.map(Arc::new).map_err(Failure::input)
-        };
-        let part = known(&self.files.parts, (kind, path), read)?;
         let values: Vec<_> = file
             .values
             .iter()

@@ -5,7 +5,7 @@ use oneiro::arena::Arena;
 use oneiro::differential::{Build, Feature};
 use oneiro::reference::{Model, Reference};
 use oneiro::surrogate::Difference;
-use oneiro::world::{Controller, Gene, Task, World};
+use oneiro::world::{Controller, Gene, World};
 use oneiro_base::exit::Result;
 pub(super) use oneiro_evolve::settings::Need;
 use toml::Table;
@@ -193,7 +193,7 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
         ),
         Need::new(
             &["sensor", "robot.sensors"],
-            reads_sensors || world.task == Task::Own,
+            reads_sensors || world.task.is_part(),
             "with a controller or a custom task that reads it",
             CONTROLLER,
         ),

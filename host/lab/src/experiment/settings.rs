@@ -194,7 +194,7 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("task.part", "", file, OURS,
             "A custom task, in WGSL: see docs/extend.md.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.part)),
         row("task.values", "", values, OURS,
-            "Values of the custom task; the part declares their defaults.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.values)),
+            "Values of a task; its part declares their defaults.", |own, _| own.world.task.is_part().then_some(&mut own.task.values)),
     ]);
     insert(&mut rows, "robot.turn_before_move", [
         row("arena.preset", "", Text(Arena::NAMES.join(", ").leak()), "Miglino et al. 1995, section 3.1; where its obstacles stand is ours",

@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 
 use oneiro::compose;
+use oneiro::tasks::Ready;
+use oneiro::world::Task;
 
 use super::reference::{self, Entry};
 use super::robots::Shipped;
@@ -41,6 +43,22 @@ struct Line {
     value: String,
     /// What the key means.
     words: String,
+}
+
+/// Patches of the floor for a task, as TOML, and what they are.
+fn patches(ready: &Ready) -> Option<(&'static str, &'static str)> {
+    Some(match ready.task {
+        Task::Reach => ("[{ x_mm = 850.0, y_mm = 850.0, radius_mm = 80.0 }]", "the goal"),
+        Task::Visit | Task::Collect => (
+            "[{ x_mm = 250.0, y_mm = 250.0, radius_mm = 120.0 }, { x_mm = 750.0, y_mm = 750.0, radius_mm = 120.0 }]",
+            "the goals, or the nest and a place with food",
+        ),
+        Task::FollowLine => (
+            "[{ x_mm = 500.0, y_mm = 500.0, radius_mm = 300.0 }, { x_mm = 500.0, y_mm = 500.0, radius_mm = 240.0, grey = 1.0 }]",
+            "a line: a black disc, and a white one on it",
+        ),
+        _ => return None,
+    })
 }
 
 /// The key that names a robot that ships.
@@ -105,6 +123,9 @@ impl Start<'_> {
             Robots::Parametric(_) => {
                 set("arena.width_mm", "1000.0".to_owned(), "width of the rectangle");
                 set("arena.height_mm", "1000.0".to_owned(), "height");
+                if let Some((patches, words)) = self.ready().and_then(patches) {
+                    set("arena.patches", patches.to_owned(), words);
+                }
             }
             Robots::Swarm(_) => {
                 set("arena.width_mm", "2000.0".to_owned(), "width of the rectangle");
@@ -113,7 +134,9 @@ impl Start<'_> {
                 set("arena.patches", spot, "a black spot on the floor");
             }
         }
-        if let Some(robot) = self.shipped().filter(|robot| robot.text.contains("kind = \"light\"")) {
+        let lights = self.ready().is_some_and(|ready| ready.task == Task::Phototaxis);
+        let has_light = |robot: &Shipped| lights || robot.text.contains("kind = \"light\"");
+        if let Some(robot) = self.shipped().filter(has_light) {
             let at = if is_swarm { "1000.0" } else { "500.0" };
             let words = format!("a lamp for the light sensors of {}", robot.name);
             set("arena.lights", format!("[{{ x_mm = {at}, y_mm = {at} }}]"), &words);
@@ -357,8 +380,17 @@ impl Start<'_> {
         part.map(|part| part.values().to_vec()).unwrap_or_default()
     }
 
+    /// The task that is copied: that after which the task's file is called.
+    fn ready(&self) -> Option<&'static Ready> {
+        let (_, file) = self.parts.iter().find(|(kind, _)| *kind == compose::Kind::Task)?;
+        Ready::named(file.strip_suffix(".wgsl")?).filter(|_| !matches!(self.robots, Robots::Forager))
+    }
+
     /// The text of a part's file, in WGSL.
     pub fn part(&self, kind: compose::Kind) -> &'static str {
+        if let Some(ready) = self.ready().filter(|_| kind == compose::Kind::Task) {
+            return ready.text;
+        }
         match (kind, self.robots) {
             (compose::Kind::Sensor, _) => include_str!("parts/sensor.wgsl"),
             (compose::Kind::Controller, _) => include_str!("parts/controller.wgsl"),

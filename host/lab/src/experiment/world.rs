@@ -4,7 +4,7 @@ use oneiro::arena::{Arena, Corners};
 use oneiro::compose::{Kind, OwnParts};
 use oneiro::differential::Build;
 use oneiro::parameter::Invalid;
-use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
+use oneiro::world::{Controller, Noise, Robot, World, WorldSpec};
 use oneiro_base::exit::{Failure, Result};
 
 use super::inputs::Inputs;
@@ -22,10 +22,11 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
             &settings.controller,
             own.controller == Controller::Own,
         ),
-        (Kind::Task, &settings.task, own.task == Task::Own),
+        (Kind::Task, &settings.task, own.task.is_part()),
     ] {
         if is_own {
-            match inputs.part(kind, file) {
+            let ready = own.task.ready().filter(|_| kind == Kind::Task);
+            match inputs.part(kind, file, ready) {
                 Ok(part) => parts.insert(part),
                 Err(failure) => refused.push(failure),
             }

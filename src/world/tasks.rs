@@ -1,0 +1,103 @@
+//! Tasks without code: each is a part in ordinary WGSL, in a file of its own, as a user could have written it.
+
+use crate::parameter::Invalid;
+use crate::parts::compose::{Kind, Part};
+use crate::world::arena::Arena;
+use crate::world::spec::Task;
+
+/// A task that an experiment only has to name.
+#[derive(Debug)]
+pub struct Ready {
+    /// Its value.
+    pub task: Task,
+    /// Its word in an experiment, and the name of its file.
+    pub word: &'static str,
+    /// Its part.
+    pub text: &'static str,
+    /// What an arena needs for it.
+    needs: Needs,
+}
+
+/// What an arena needs for a task.
+#[derive(Clone, Copy, Debug)]
+enum Needs {
+    Nothing,
+    Patches(usize),
+    Lights,
+    Objects,
+}
+
+/// A row of [`READY`]; its file has the name of its word.
+macro_rules! ready {
+    ($task:ident, $word:literal, $needs:expr) => {
+        Ready {
+            task: Task::$task,
+            word: $word,
+            text: include_str!(concat!("tasks/", $word, ".wgsl")),
+            needs: $needs,
+        }
+    };
+}
+
+/// All of them.
+#[rustfmt::skip]
+pub const READY: &[Ready] = &[
+    ready!(Reach, "reach", Needs::Patches(1)),
+    ready!(Visit, "visit", Needs::Patches(1)),
+    ready!(Collect, "collect", Needs::Patches(2)),
+    ready!(Cover, "cover", Needs::Nothing),
+    ready!(FollowLine, "follow-line", Needs::Patches(1)),
+    ready!(FollowWall, "follow-wall", Needs::Objects),
+    ready!(StayTogether, "stay-together", Needs::Nothing),
+    ready!(Phototaxis, "phototaxis", Needs::Lights),
+];
+
+impl Task {
+    /// Its row, if it is one of these.
+    pub fn ready(&self) -> Option<&'static Ready> {
+        READY.iter().find(|ready| ready.task == *self)
+    }
+
+    /// Whether it is a part: a user's, or one of these.
+    pub fn is_part(&self) -> bool {
+        *self == Self::Own || self.ready().is_some()
+    }
+}
+
+impl Ready {
+    /// The one with a word.
+    pub fn named(word: &str) -> Option<&'static Self> {
+        READY.iter().find(|ready| ready.word == word)
+    }
+
+    /// Its part, whose file is called after it.
+    ///
+    /// # Errors
+    /// This program can't compose kernels.
+    pub fn part(&self) -> Result<Part, Invalid> {
+        let part = Part::new(Kind::Task, &format!("{}.wgsl", self.word), self.text);
+        part.map_err(|refused| Invalid::new("task.kind", refused.to_string()))
+    }
+
+    /// Checks that an arena has what it needs.
+    pub(crate) fn check(&self, arena: &Arena) -> Result<(), Invalid> {
+        let objects = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
+        let (has, allowed) = match self.needs {
+            Needs::Nothing => return Ok(()),
+            Needs::Patches(least) => {
+                let allowed = match least {
+                    1 => "a patch of the floor (arena.patches)".to_owned(),
+                    _ => format!("at least {least} patches of the floor (arena.patches)"),
+                };
+                (arena.patches.len() >= least, allowed)
+            }
+            Needs::Lights => (!arena.lights.is_empty(), "a light (arena.lights)".to_owned()),
+            Needs::Objects => (objects > 0, "walls, obstacles or blocks".to_owned()),
+        };
+        if has {
+            return Ok(());
+        }
+        let problem = format!("is `{}`; allowed: only in an arena with {allowed}", self.word);
+        Err(Invalid::new("task.kind", problem))
+    }
+}
