@@ -10,7 +10,16 @@ use super::xml::{Element, Unread, Xml};
 const METRE: f64 = 1000.0;
 /// Robots on wheels that Oneiro doesn't have, and for which e-pucks stand.
 const ON_WHEELS: [&str; 10] = [
-    "foot-bot", "pipuck", "pi-puck", "epuck2", "rvr", "mercator", "kheperaiv", "turtlebot", "turtlebot4", "bulbot",
+    "foot-bot",
+    "pipuck",
+    "pi-puck",
+    "epuck2",
+    "rvr",
+    "mercator",
+    "kheperaiv",
+    "turtlebot",
+    "turtlebot4",
+    "bulbot",
 ];
 /// Lowest floor level, m, at which a thing is above robots.
 const ABOVE: f64 = 0.05;
@@ -25,16 +34,28 @@ const REASONS: [(&str, &str); 31] = [
     ("media", ""),
     ("configuration", ""),
     ("argos-configuration", ""),
-    ("experiment.random_seed", "its random numbers are not Oneiro's; `oneiro run --seed` has a seed"),
+    (
+        "experiment.random_seed",
+        "its random numbers are not Oneiro's; `oneiro run --seed` has a seed",
+    ),
     ("experiment.visualization", ""),
-    ("loop_functions.library", "loop functions are a program; Oneiro's task is a custom part: docs/extend.md"),
+    (
+        "loop_functions.library",
+        "loop functions are a program; Oneiro's task is a custom part: docs/extend.md",
+    ),
     ("loop_functions.label", ""),
-    ("params", "it is a value of a program; Oneiro's task is a custom part: docs/extend.md"),
+    (
+        "params",
+        "it is a value of a program; Oneiro's task is a custom part: docs/extend.md",
+    ),
     ("spawnCircle", "params dist_radius says where robots start"),
     ("objective", "Oneiro's task is a custom part: docs/extend.md"),
-    ("floor", "the floor's picture is not in this file; set arena.floor and arena.patches"),
-    ("box.mass", "things don't move in Oneiro"),
-    ("cylinder.mass", "things don't move in Oneiro"),
+    (
+        "floor",
+        "the floor's picture is not in this file; set arena.floor and arena.patches",
+    ),
+    ("box.mass", ""),
+    ("cylinder.mass", ""),
     ("cylinder.height", "arena.wall_height_mm is the height of all things"),
     ("leds", "Oneiro's things have no lamps"),
     ("light.color", "Oneiro's lights have no colour"),
@@ -45,7 +66,10 @@ const REASONS: [(&str, &str); 31] = [
     ("entity.base_num", ""),
     ("controllers.library", ""),
     ("e-puck.battery", "set robot.battery_s"),
-    ("e-puck.rab_range", "set robot.signal_range_mm, with a robot that has a model"),
+    (
+        "e-puck.rab_range",
+        "set robot.signal_range_mm, with a robot that has a model",
+    ),
     ("e-puck.rab_data_size", "messages have a fixed content"),
     ("include", "it is another file; import that one, or put it in here"),
 ];
@@ -82,13 +106,16 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
             length(experiment, &mut draft)?;
         }
     }
-    let controllers = controllers(root, &mut draft);
+    let controllers = controllers(root, &mut draft)?;
     let mut drawn = None;
     for functions in root.children("loop_functions") {
         drawn = loop_functions(functions, &mut draft)?.or(drawn);
     }
     let Some(arena) = root.child("arena") else {
-        return Err(draft.failure(root.line(), "has no <arena>; allowed: one <arena> in <argos-configuration>"));
+        return Err(draft.failure(
+            root.line(),
+            "has no <arena>; allowed: one <arena> in <argos-configuration>",
+        ));
     };
     read_arena(arena, &controllers, drawn, &mut draft)?;
     let rest = file.rest(&REASONS);
@@ -116,7 +143,12 @@ fn length(experiment: Element<'_>, draft: &mut Draft) -> Result {
     } else if !(1.0..=1e6).contains(&cycles) {
         return Err(experiment.failure("length", format_args!("is {seconds} s; allowed: 0, or 0.1 to 100000 s")));
     } else {
-        draft.set(("", "cycles"), format!("{cycles}"), experiment.line(), "<experiment length>, in cycles of 100 ms");
+        draft.set(
+            ("", "cycles"),
+            format!("{cycles}"),
+            experiment.line(),
+            "<experiment length>, in cycles of 100 ms",
+        );
     }
     Ok(())
 }
@@ -128,6 +160,51 @@ struct Controllers<'a> {
     kinds: Vec<(&'a str, Kind)>,
     /// Whether one of them has an e-puck's sensors or wheels.
     are_of_epucks: bool,
+    /// Values of the robots of the first one that reads a reference model: key, value, line, and name in the file.
+    model: Vec<(&'static str, f64, usize, String)>,
+}
+
+/// Elements of sensors and actuators, their attributes, Oneiro's keys and maxima, and the factor from one to the other.
+const MODEL: [(&str, &str, &str, f64, f64); 6] = [
+    ("epuck_wheels", "noise_std_dev", "wheel_noise", 0.5, 1.0),
+    ("epuck_range_and_bearing", "range", "signal_range_mm", 100_000.0, METRE),
+    ("epuck_proximity", "noise_level", "proximity_noise", 1.0, 1.0),
+    ("epuck_light", "noise_level", "light_noise", 1.0, 1.0),
+    ("epuck_ground", "noise_level", "ground_noise", 1.0, 1.0),
+    ("epuck_range_and_bearing", "loss_probability", "signal_loss", 1.0, 1.0),
+];
+
+/// Reads the values of a robot with a reference model.
+fn model(controller: Element<'_>, draft: &mut Draft) -> Result<Vec<(&'static str, f64, usize, String)>> {
+    let mut found: Vec<(&'static str, f64, usize, String)> = Vec::new();
+    for list in ["actuators", "sensors"]
+        .into_iter()
+        .flat_map(|list| controller.children(list))
+    {
+        for device in list.unread() {
+            for (tag, attribute, key, most, factor) in MODEL {
+                if device.tag() != tag || found.iter().any(|(known, ..)| *known == key) {
+                    continue;
+                }
+                let device = device.read();
+                let Some([value]) = device.numbers(attribute)? else {
+                    continue;
+                };
+                let (value, what) = (factor * value, format!("<{tag} {attribute}>"));
+                let least = if key == "signal_range_mm" { 1.0 } else { 0.0 };
+                if (least..=most).contains(&value) {
+                    found.push((key, value, device.line(), what));
+                } else {
+                    draft.leave_out(
+                        device.line(),
+                        what,
+                        format!("robot.{key} would be {value}; allowed: {least} to {most}"),
+                    );
+                }
+            }
+        }
+    }
+    Ok(found)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,7 +216,7 @@ enum Kind {
     Other,
 }
 
-fn controllers<'a>(root: Element<'a>, draft: &mut Draft) -> Controllers<'a> {
+fn controllers<'a>(root: Element<'a>, draft: &mut Draft) -> Result<Controllers<'a>> {
     let mut all = Controllers::default();
     for list in root.children("controllers") {
         for unread in list.unread() {
@@ -165,16 +242,19 @@ fn controllers<'a>(root: Element<'a>, draft: &mut Draft) -> Controllers<'a> {
                 all.kinds.push((id, kind));
             }
             let why = match kind {
-                Kind::Other => "a controller is a program; Oneiro evolves its own: docs/controllers.md",
-                Kind::Reference => "Oneiro evolves its own network: docs/controllers.md",
-                _ => "Oneiro evolves its own machine or tree, of the same modules",
+                Kind::Other => "a controller is a program; Oneiro evolves one: docs/controllers.md",
+                Kind::Reference => "Oneiro evolves another network: docs/controllers.md",
+                _ => "Oneiro evolves another machine or tree of the same modules",
             };
             draft.leave_out(controller.line(), format!("<{tag}>"), why);
+            if kind != Kind::Other && all.model.is_empty() {
+                all.model = model(controller, draft)?;
+            }
             // All of it is that one thing.
             controller.read_all();
         }
     }
-    all
+    Ok(all)
 }
 
 /// The floor's patches, and how many robots loop functions place: their number and their disc's radius in m.
@@ -194,7 +274,11 @@ fn loop_functions(functions: Element<'_>, draft: &mut Draft) -> Result<Option<(u
                     }
                     drawn = Some((params.line(), count as usize, radius));
                 } else if radius.is_some() {
-                    draft.leave_out(params.line(), "<params dist_radius>", "there is no number_robots beside it");
+                    draft.leave_out(
+                        params.line(),
+                        "<params dist_radius>",
+                        "there is no number_robots beside it",
+                    );
                 }
                 let mut inner: Vec<Unread<'_>> = params.unread().collect();
                 inner.reverse();
@@ -221,7 +305,11 @@ fn patch(patch: Element<'_>, draft: &mut Draft) -> Result {
             return Ok(());
         }
     };
-    let key = if patch.word("center").is_some() { "center" } else { "position" };
+    let key = if patch.word("center").is_some() {
+        "center"
+    } else {
+        "position"
+    };
     let at = patch.needed::<2>(key)?.map(|value| METRE * value);
     let thing = if patch.tag() == "circle" {
         let radius = METRE * patch.length("radius")?;
@@ -257,11 +345,18 @@ fn pose(thing: Element<'_>, draft: &mut Draft) -> Result<Option<([f64; 3], f64)>
         Ok(None) => 0.0,
         Ok(Some([around, pitch, roll])) => {
             if pitch != 0.0 || roll != 0.0 {
-                draft.leave_out(body.line(), format!("<{} orientation>", body.tag()), "worlds are flat: its first angle is taken");
+                draft.leave_out(
+                    body.line(),
+                    format!("<{} orientation>", body.tag()),
+                    "worlds are flat: its first angle is taken",
+                );
             }
             turned(around)
         }
-        Err(failure) => body.numbers::<1>("orientation").map_err(|_| failure)?.map_or(0.0, |[around]| turned(around)),
+        Err(failure) => body
+            .numbers::<1>("orientation")
+            .map_err(|_| failure)?
+            .map_or(0.0, |[around]| turned(around)),
     };
     Ok(at.map(|at| (at, degrees)))
 }
@@ -302,11 +397,13 @@ fn read_arena<'a>(
             _ => (),
         }
     }
+    let heights = heights(arena);
     let slabs: Vec<Slab> = boxes.iter().map(|(slab, ..)| *slab).collect();
     let size = size.map(|side| METRE * side);
     let middle = middle.map(|value| METRE * value);
     let (outline, walls) = match outline::around(&slabs, middle) {
-        Some((outline, walls)) => {
+        Some((outline, mut walls)) => {
+            walls.sort_unstable();
             let lines: Vec<String> = walls.iter().map(|&index| boxes[index].1.to_string()).collect();
             let what = format!("the inner faces of the boxes of lines {}", lines.join(", "));
             draft.enclose(outline.clone(), boxes[walls[0]].1, what)?;
@@ -342,11 +439,38 @@ fn read_arena<'a>(
             draft.leave_out(line, what, "it is outside the arena's walls");
         }
     }
-    let has_model = place_robots(&robots, controllers, drawn, &outline, draft)?;
+    let has_model = place_robots(arena.line(), &robots, controllers, drawn, &outline, draft)?;
+    let mut has_lamps = false;
     for light in lights {
-        lamp(light, has_model, draft)?;
+        has_lamps |= lamp(light, has_model, draft)?;
+    }
+    if let [(line, height), rest @ ..] = &heights[..]
+        && has_model
+        && has_lamps
+        && (1.0..=100_000.0).contains(height)
+    {
+        draft.set(
+            ("arena", "wall_height_mm"),
+            super::draft::number(*height),
+            *line,
+            "<box size>, its height",
+        );
+        if let Some((line, _)) = rest.iter().find(|(_, other)| other != height) {
+            draft.leave_out(*line, "<box size>", "all things have one height, that of the first box");
+        }
     }
     Ok(())
+}
+
+/// Lines and heights of the boxes on the floor, mm.
+fn heights(arena: Element<'_>) -> Vec<(usize, f64)> {
+    let mut heights = Vec::new();
+    for thing in arena.unread().filter(|thing| thing.tag() == "box").map(Unread::read) {
+        if let Ok(Some([_, _, height])) = thing.numbers::<3>("size") {
+            heights.push((thing.line(), METRE * height));
+        }
+    }
+    heights
 }
 
 /// Reads a box at a place.
@@ -360,10 +484,14 @@ fn slab(
     let sides = read.needed::<2>("size")?;
     let [.., height] = read.numbers::<3>("size").ok().flatten().unwrap_or_default();
     if sides.iter().any(|side| *side < 0.0) || sides[0].max(sides[1]) <= 0.0 {
-        return Err(read.failure("size", format_args!("is {} x {} m; allowed: more than 0", sides[0], sides[1])));
+        return Err(read.failure(
+            "size",
+            format_args!("is {} x {} m; allowed: more than 0", sides[0], sides[1]),
+        ));
     }
     if z >= ABOVE || height < 0.0 {
         draft.leave_out(read.line(), read.what(), "it is above the floor");
+        read.read_all();
         return Ok(());
     }
     still(read, draft);
@@ -386,6 +514,7 @@ fn cylinder(
     let radius = read.length("radius")?;
     if z >= ABOVE {
         draft.leave_out(read.line(), read.what(), "it is above the floor");
+        read.read_all();
         return Ok(());
     }
     still(read, draft);
@@ -405,26 +534,32 @@ fn still(read: Element<'_>, draft: &mut Draft) {
     }
 }
 
-/// Reads a lamp.
-fn lamp(read: Element<'_>, has_model: bool, draft: &mut Draft) -> Result {
+/// Reads a lamp. Returns whether it is on.
+fn lamp(read: Element<'_>, has_model: bool, draft: &mut Draft) -> Result<bool> {
     let [x, y, z] = match pose(read, draft)? {
         Some((at, _)) => at,
         None => return Err(read.failure("position", "is missing; allowed: X,Y,Z in m")),
     };
     let [intensity] = read.numbers("intensity")?.unwrap_or([1.0]);
     if intensity <= 0.0 {
-        draft.leave_out(read.line(), read.what(), format!("its intensity is {intensity}: it is off"));
-        return Ok(());
+        draft.leave_out(
+            read.line(),
+            read.what(),
+            format!("its intensity is {intensity}: it is off"),
+        );
+        return Ok(false);
     }
     if !has_model {
-        let why = "only robots with a reference model sense it (docs/reference-models.md); set arena.lights[].brightness";
+        let why =
+            "only robots with a reference model sense it (docs/reference-models.md); set arena.lights[].brightness";
         draft.leave_out(read.line(), "<light intensity>", why);
     }
     let thing = Thing::Light {
         at: [METRE * x, METRE * y],
         lamp: has_model.then_some([METRE * z.max(0.0), intensity]),
     };
-    draft.add(thing, read.line(), read.what())
+    draft.add(thing, read.line(), read.what())?;
+    Ok(true)
 }
 
 /// Whether an element of the arena is a robot.
@@ -465,7 +600,10 @@ fn placing(read: Element<'_>, draft: &mut Draft) -> Result<Placing> {
             let middle = position.numbers::<2>("center")?.unwrap_or_default();
             let gaps = position.needed::<2>("distances")?;
             let counts = position.needed::<2>("layout")?;
-            if counts.iter().any(|count| !(1.0..=1000.0).contains(count) || count.fract() != 0.0) {
+            if counts
+                .iter()
+                .any(|count| !(1.0..=1000.0).contains(count) || count.fract() != 0.0)
+            {
                 let problem = format_args!("is {}, {}; allowed: whole numbers from 1 to 1000", counts[0], counts[1]);
                 return Err(position.failure("layout", problem));
             }
@@ -485,7 +623,11 @@ fn placing(read: Element<'_>, draft: &mut Draft) -> Result<Placing> {
                 Some("uniform") => "robots start anywhere in the arena; arena.start_radius_mm narrows it",
                 _ => "Oneiro draws places uniformly",
             };
-            draft.leave_out(position.line(), format!("<position method=\"{}\">", method.unwrap_or_default()), why);
+            draft.leave_out(
+                position.line(),
+                format!("<position method=\"{}\">", method.unwrap_or_default()),
+                why,
+            );
             position.read_all();
             Ok(Placing::Random)
         }
@@ -528,7 +670,8 @@ fn distribute<'a>(
             if is_thing && (places.len() < count || degrees.is_none() && unread.tag() == "box") {
                 let read = unread.read();
                 read.read_all();
-                let why = format!("{count} at random places; Oneiro's things have fixed ones: arena.blocks, arena.obstacles");
+                let why =
+                    format!("{count} at random places; Oneiro's things have fixed ones: arena.blocks, arena.obstacles");
                 draft.leave_out(read.line(), read.what(), why);
             } else if is_thing {
                 let read = unread.read();
@@ -557,8 +700,9 @@ fn distribute<'a>(
     Ok(())
 }
 
-/// Sets the robots. Returns whether they have a reference model.
+/// Sets the robots of the arena of this line. Returns whether they have a reference model.
 fn place_robots(
+    arena: usize,
     robots: &[Robots<'_>],
     controllers: &Controllers<'_>,
     drawn: Option<(usize, usize, Option<f64>)>,
@@ -574,7 +718,12 @@ fn place_robots(
             (_, true) => "Oneiro has no such robot",
             _ => "it is no robot on two wheels",
         };
-        draft.leave_out(other.line, &*other.what, why);
+        let number = if other.count == 1 {
+            String::new()
+        } else {
+            format!(", quantity {}", other.count)
+        };
+        draft.leave_out(other.line, format!("<{}>{number}", other.tag), why);
     }
     let is_replaced = taken.is_empty();
     if is_replaced {
@@ -603,11 +752,21 @@ fn place_robots(
     if count == 0 {
         let why = "No robot on two wheels is in the file: an e-puck stands here.";
         draft.choose(("robot", "preset"), "\"epuck\"", why);
+        draft.leave_out(
+            arena,
+            "robots",
+            "no robot on two wheels is in the file; an e-puck stands there: set robot.preset",
+        );
         return Ok(false);
     }
     let has_model = kind != Kind::Other;
     let preset = if has_model { "\"epuck-rm1.1\"" } else { "\"epuck\"" };
     draft.set(("robot", "preset"), preset, line, what);
+    if has_model {
+        for (key, value, line, what) in &controllers.model {
+            draft.set(("robot", key), super::draft::number(*value), *line, &**what);
+        }
+    }
     if matches!(kind, Kind::StateMachine | Kind::BehaviourTree) {
         draft.choose(("robot", "model"), "\"rm1.1-vectors\"", "What AutoMoDe's modules read.");
         let [name, text] = match kind {
@@ -626,7 +785,11 @@ fn place_robots(
         draft.leave_out(line, "robots", why);
     }
     draft.set(("robot", "count"), kept.to_string(), line, "their number");
-    let starts: Vec<Start> = taken.iter().flat_map(|own| own.starts.iter().copied()).take(kept).collect();
+    let starts: Vec<Start> = taken
+        .iter()
+        .flat_map(|own| own.starts.iter().copied())
+        .take(kept)
+        .collect();
     match drawn {
         // Loop functions move robots to random places in a disc when an episode begins.
         Some((line, _, Some(radius))) => {
@@ -651,13 +814,21 @@ fn place_robots(
         }
         _ if starts.len() == kept => {
             if starts.iter().any(|start| start.degrees != 0.0) || kept > 1 {
-                draft.leave_out(line, "orientations of robots", "a swarm's robots start with random headings");
+                draft.leave_out(
+                    line,
+                    "orientations of robots",
+                    "a swarm's robots start with random headings",
+                );
             }
             draft.start_at(starts, true);
         }
         _ => {
             for start in starts {
-                draft.leave_out(start.line, "the robot's start", "not all robots of the file have one; they are random");
+                draft.leave_out(
+                    start.line,
+                    "the robot's start",
+                    "not all robots of the file have one; they are random",
+                );
             }
         }
     }

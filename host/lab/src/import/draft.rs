@@ -332,7 +332,12 @@ impl Draft {
         {
             return Err(self.failure(
                 line,
-                format_args!("{what}: is {} mm; allowed: {} to {} mm", number(*side), SIDES.start(), SIDES.end()),
+                format_args!(
+                    "{what}: is {} mm; allowed: {} to {} mm",
+                    number(*side),
+                    SIDES.start(),
+                    SIDES.end()
+                ),
             ));
         }
         self.outline = Some((outline, line, what));
@@ -392,7 +397,12 @@ impl Draft {
 
     /// Leaves out the solid things for which Oneiro has no room.
     fn shorten(&mut self) {
-        let room = GREATEST_SHAPES - self.outline.as_ref().map_or(0, |(outline, ..)| outline.count()).min(GREATEST_SHAPES);
+        let room = GREATEST_SHAPES
+            - self
+                .outline
+                .as_ref()
+                .map_or(0, |(outline, ..)| outline.count())
+                .min(GREATEST_SHAPES);
         let count = self.things.iter().filter(|(thing, _)| thing.is_solid()).count();
         let mut kept = 0;
         let (name, left_out) = (count, &mut self.left_out);
@@ -417,14 +427,20 @@ impl Draft {
         let place = |at: [f64; 2]| [at[0] - origin[0], at[1] - origin[1]];
         let moved = match origin.map(|value| value + 0.0) {
             [0.0, 0.0] => String::new(),
-            [x, y] => format!(" Places are moved by {} mm in x and {} mm in y.", number(-x), number(-y)),
+            [x, y] => format!(
+                " Places are moved by {} mm in x and {} mm in y.",
+                number(-x),
+                number(-y)
+            ),
         };
         let mut text = format!(
             "# Imported from {} ({format}) by `oneiro import`. {}{moved}\n# Comments name the lines that things are from.\n#\n#     oneiro run {} \
              --seed 1\n",
             in_line(file),
             self.unit,
-            in_line(&files::for_shell(&out.file_name().unwrap_or_default().to_string_lossy()))
+            in_line(&files::for_shell(
+                &out.file_name().unwrap_or_default().to_string_lossy()
+            ))
         );
         let left_out = self.left_out();
         if !left_out.is_empty() {
@@ -448,14 +464,21 @@ impl Draft {
             }
         };
         let has = |table: &str| self.entries.iter().any(|entry| entry.table == table);
-        text.push('\n');
-        entries(&mut text, "");
+        if has("") {
+            text.push('\n');
+            entries(&mut text, "");
+        }
         if has("robot") {
             text += "\n[robot]\n";
             entries(&mut text, "robot");
             if self.is_swarm && !self.starts.is_empty() {
                 let lines: Vec<String> = self.starts.iter().map(|start| start.line.to_string()).collect();
-                let _ = writeln!(text, "# {}:{}: starts, with random headings", in_line(file), lines.join(", "));
+                let _ = writeln!(
+                    text,
+                    "# {}:{}: starts, with random headings",
+                    in_line(file),
+                    lines.join(", ")
+                );
                 let starts: Vec<String> = self.starts.iter().map(|start| pair(place(start.at))).collect();
                 let _ = writeln!(text, "starts_mm = [{}]", starts.join(", "));
             }
@@ -466,7 +489,10 @@ impl Draft {
                 let _ = writeln!(text, "# {}", in_line(&format!("{file}:{line}: {what}")));
                 match outline {
                     Outline::Rectangle { size, .. } | Outline::Walled { size, .. } => {
-                        values(&mut text, &[("width_mm", number(size[0])), ("height_mm", number(size[1]))]);
+                        values(
+                            &mut text,
+                            &[("width_mm", number(size[0])), ("height_mm", number(size[1]))],
+                        );
                     }
                     Outline::Polygon(corners) => {
                         let corners: Vec<String> = corners.iter().map(|corner| pair(*corner)).collect();
@@ -484,7 +510,11 @@ impl Draft {
             let corners = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]];
             for (index, from) in corners.iter().enumerate() {
                 let to = corners[(index + 1) % 4];
-                let _ = writeln!(text, "\n# {}:{line}: a side of the arena\n[[arena.walls]]", in_line(file));
+                let _ = writeln!(
+                    text,
+                    "\n# {}:{line}: a side of the arena\n[[arena.walls]]",
+                    in_line(file)
+                );
                 values(&mut text, &[("from_mm", pair(*from)), ("to_mm", pair(to))]);
                 values(&mut text, class(0).as_slice());
             }
@@ -503,7 +533,12 @@ impl Draft {
             && let [start] = self.starts[..]
         {
             let [x, y] = place(start.at);
-            let _ = writeln!(text, "\n# {}:{}: the robot's start\n[start]\nkind = \"at\"", in_line(file), start.line);
+            let _ = writeln!(
+                text,
+                "\n# {}:{}: the robot's start\n[start]\nkind = \"at\"",
+                in_line(file),
+                start.line
+            );
             let at = [
                 ("x_mm", number(x)),
                 ("y_mm", number(y)),
@@ -531,8 +566,16 @@ impl Draft {
             .filter_map(|entry| Some(Note::new(entry.line?, &*entry.what, key(entry))))
             .collect();
         all.extend(self.things.iter().map(|(_, note)| note.clone()));
-        all.extend(self.outline.iter().map(|(_, line, what)| Note::new(*line, &**what, "arena")));
-        all.extend(self.starts.iter().map(|start| Note::new(start.line, "the robot's start", "start")));
+        all.extend(
+            self.outline
+                .iter()
+                .map(|(_, line, what)| Note::new(*line, &**what, "arena")),
+        );
+        all.extend(
+            self.starts
+                .iter()
+                .map(|start| Note::new(start.line, "the robot's start", "start")),
+        );
         all.sort_by_key(|note| note.line);
         all
     }
@@ -544,7 +587,9 @@ impl Draft {
         let mut merged: Vec<Note> = Vec::new();
         let mut known = std::collections::BTreeMap::new();
         for note in all {
-            let at = *known.entry((note.what.clone(), note.why.clone())).or_insert(merged.len());
+            let at = *known
+                .entry((note.what.clone(), note.why.clone()))
+                .or_insert(merged.len());
             match merged.get_mut(at) {
                 Some(same) if same.line == note.line || same.more.last() == Some(&note.line) => (),
                 Some(same) => same.more.push(note.line),

@@ -29,17 +29,27 @@ pub(super) fn read(path: &Path, name: &str, text: &str, out: &Path) -> Result<Dr
             continue;
         }
         let Some((key, value)) = line.split_once(['=', ':']) else {
-            return Err(failure(name, number, "is no value; allowed: [SECTION], KEY = VALUE, # for comments"));
+            return Err(failure(
+                name,
+                number,
+                "is no value; allowed: [SECTION], KEY = VALUE, # for comments",
+            ));
         };
         // Python's reader ignores the case of keys.
         let key = (section.clone(), key.trim().to_lowercase());
         let shown = key.1.clone();
         if values.insert(key, (number, value.trim().to_owned())).is_some() {
-            return Err(failure(name, number, format_args!("[{section}] {shown}: is given twice; allowed: once")));
+            return Err(failure(
+                name,
+                number,
+                format_args!("[{section}] {shown}: is given twice; allowed: once"),
+            ));
         }
     }
     let mut take = |sections: &[&str], key: &str| {
-        let found = sections.iter().find_map(|section| values.remove_entry(&((*section).to_owned(), key.to_owned())));
+        let found = sections
+            .iter()
+            .find_map(|section| values.remove_entry(&((*section).to_owned(), key.to_owned())));
         found.map(|((section, _), (line, value))| (line, value, format!("[{section}] {key}")))
     };
     let Some((line, environment, what)) = take(&["EXP"], "environment") else {
@@ -62,9 +72,22 @@ pub(super) fn read(path: &Path, name: &str, text: &str, out: &Path) -> Result<Dr
         at: [200.0, 150.0],
         radius: 12.5,
     };
-    draft.add(cylinder, line, format!("{what}: a cylinder; its program draws its place for each episode, Oneiro does not"))?;
-    draft.leave_out(line, &*what, "the task is a program; `oneiro new --example discrimination` has one in WGSL");
-    draft.set(("robot", "states"), "\"evorobot\"", line, format!("{what}: 21 speeds of a wheel"));
+    draft.add(
+        cylinder,
+        line,
+        format!("{what}: a cylinder; its program draws its place for each episode, Oneiro does not"),
+    )?;
+    draft.leave_out(
+        line,
+        &*what,
+        "the task is a program; `oneiro new --example discrimination` has one in WGSL",
+    );
+    draft.set(
+        ("robot", "states"),
+        "\"evorobot\"",
+        line,
+        format!("{what}: 21 speeds of a wheel"),
+    );
     tables(path, out, line, &mut draft);
     for (key, to, [least, most]) in [
         ("maxsteps", ("", "cycles"), [1, 1_000_000]),
@@ -73,7 +96,13 @@ pub(super) fn read(path: &Path, name: &str, text: &str, out: &Path) -> Result<Dr
         if let Some((line, value, what)) = take(&["POLICY", "ADAPT"], key) {
             match value.parse() {
                 Ok(number) if (least..=most).contains(&number) => draft.set(to, format!("{number}"), line, what),
-                _ => return Err(failure(name, line, format_args!("{what}: is `{value}`; allowed: {least} to {most}"))),
+                _ => {
+                    return Err(failure(
+                        name,
+                        line,
+                        format_args!("{what}: is `{value}`; allowed: {least} to {most}"),
+                    ));
+                }
             }
         }
     }
@@ -84,12 +113,26 @@ pub(super) fn read(path: &Path, name: &str, text: &str, out: &Path) -> Result<Dr
             Ok(0) => (),
             Ok(units) if units <= MOST => {
                 draft.set(("controller", "kind"), "\"network\"", line, &*what);
-                let count = layers.as_ref().and_then(|(_, value, _)| value.parse::<usize>().ok()).unwrap_or(1);
+                let count = layers
+                    .as_ref()
+                    .and_then(|(_, value, _)| value.parse::<usize>().ok())
+                    .unwrap_or(1);
                 let layer = format!("{{ units = {units} }}");
                 let count = count.clamp(1, 4);
-                draft.set(("controller", "layers"), format!("[{}]", vec![layer; count].join(", ")), line, what);
+                draft.set(
+                    ("controller", "layers"),
+                    format!("[{}]", vec![layer; count].join(", ")),
+                    line,
+                    what,
+                );
             }
-            _ => return Err(failure(name, line, format_args!("{what}: is `{value}`; allowed: 0 to {MOST}"))),
+            _ => {
+                return Err(failure(
+                    name,
+                    line,
+                    format_args!("{what}: is `{value}`; allowed: 0 to {MOST}"),
+                ));
+            }
         }
     }
     for ((section, key), (line, _)) in values {
@@ -117,9 +160,16 @@ fn tables(path: &Path, out: &Path, line: usize, draft: &mut Draft) {
     }
     let [folder, beside] = [folder, beside].map(|folder| folder.canonicalize().ok());
     let paths = files.map(|file| match &folder {
-        Some(folder) if folder.to_str().is_some() && Some(folder) != beside.as_ref() => folder.join(&file).display().to_string(),
+        Some(folder) if folder.to_str().is_some() && Some(folder) != beside.as_ref() => {
+            folder.join(&file).display().to_string()
+        }
         _ => file,
     });
-    draft.set(("robot", "tables"), format!("{paths:?}"), line, "its sensors, beside this file");
+    draft.set(
+        ("robot", "tables"),
+        format!("{paths:?}"),
+        line,
+        "its sensors, beside this file",
+    );
     draft.classes = Some(TABLES);
 }

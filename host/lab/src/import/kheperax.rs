@@ -58,10 +58,19 @@ pub(super) fn read(name: &str, text: &str, wanted: Option<&str>) -> Result<Draft
                 mazes.len()
             )));
         }
-        (Some(wanted), _) => mazes.iter().find(|maze| maze.name == wanted).ok_or_else(|| {
-            Failure::input(format_args!("--maze {wanted}: is no maze of {name}; allowed: {names}"))
-        })?,
+        (Some(wanted), _) => mazes
+            .iter()
+            .find(|maze| maze.name == wanted)
+            .ok_or_else(|| Failure::input(format_args!("--maze {wanted}: is no maze of {name}; allowed: {names}")))?,
     };
+    if maze.segments.is_empty() {
+        let (line, what, why) = &maze.left_out[0];
+        return Err(failure(
+            name,
+            *line,
+            format_args!("{what}: {why}; no wall of the maze is understood"),
+        ));
+    }
     let mut draft = Draft::new(name, "1 there, the side of a maze, is 1000 mm here.");
     for (line, what, why) in &maze.left_out {
         draft.leave_out(*line, *what, why.clone());
@@ -84,7 +93,11 @@ pub(super) fn read(name: &str, text: &str, wanted: Option<&str>) -> Result<Draft
         }
     }
     draft.choose(("robot", "preset"), "\"kheperax\"", "The robot of Kheperax.");
-    draft.choose(("", "cycles"), "250", "The default of Kheperax, whose steps are cycles here.");
+    draft.choose(
+        ("", "cycles"),
+        "250",
+        "The default of Kheperax, whose steps are cycles here.",
+    );
     // Where Kheperax starts, if nothing else is said.
     let start = Start {
         line: maze.line,
@@ -105,8 +118,13 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
         let first = rest.chars().next().unwrap_or(' ');
         let length = if first == '#' {
             rest.find('\n').unwrap_or(rest.len())
-        } else if let Some(quotes) = ["\"\"\"", "'''", "\"", "'"].iter().find(|quotes| rest.starts_with(**quotes)) {
-            rest[quotes.len()..].find(quotes).map_or(rest.len(), |end| end + 2 * quotes.len())
+        } else if let Some(quotes) = ["\"\"\"", "'''", "\"", "'"]
+            .iter()
+            .find(|quotes| rest.starts_with(**quotes))
+        {
+            rest[quotes.len()..]
+                .find(quotes)
+                .map_or(rest.len(), |end| end + 2 * quotes.len())
         } else if first.is_ascii_digit() || first == '.' {
             let mut before = ' ';
             let end = rest.find(|c: char| {
@@ -116,7 +134,8 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
             });
             end.unwrap_or(rest.len())
         } else if first.is_alphanumeric() || first == '_' {
-            rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len())
+            rest.find(|c: char| !(c.is_alphanumeric() || c == '_'))
+                .unwrap_or(rest.len())
         } else {
             first.len_utf8()
         };
@@ -359,7 +378,9 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
                     }
                 }
             }
-            "target_pos" | "target_radius" | "\"target_pos\"" | "\"target_radius\"" if ["=", ":"].contains(&reader.word(1)) => {
+            "target_pos" | "target_radius" | "\"target_pos\"" | "\"target_radius\""
+                if ["=", ":"].contains(&reader.word(1)) =>
+            {
                 let is_place = token.word.contains("pos");
                 reader.at += 2;
                 let found = if is_place {

@@ -23,7 +23,10 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
     for (index, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default();
         let mut numbers = Vec::new();
-        for word in line.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty()) {
+        for word in line
+            .split(|c: char| c == ',' || c.is_whitespace())
+            .filter(|word| !word.is_empty())
+        {
             let parsed = word.parse().ok().filter(|number: &f64| number.abs() <= PLACES);
             let Some(number) = parsed else {
                 let shown: String = word.chars().take(24).collect();
@@ -44,10 +47,18 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
     }
     let Some((count_line, count)) = heads.pop() else {
         let line = rest.peek().map_or(ended, |(line, _)| *line);
-        return Err(failure(name, line, "is no maze; allowed: first the number of walls, in a line"));
+        return Err(failure(
+            name,
+            line,
+            "is no maze; allowed: first the number of walls, in a line",
+        ));
     };
     for (line, _) in heads {
-        draft.leave_out(line, "a number before that of walls", "it is no part of the maze; set cycles");
+        draft.leave_out(
+            line,
+            "a number before that of walls",
+            "it is no part of the maze; set cycles",
+        );
     }
     let mut line_of = |wanted: usize, what: &str| match rest.next() {
         Some((line, numbers)) if numbers.len() == wanted => Ok((line, numbers)),
@@ -93,14 +104,22 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
     }
     let found = walls.len();
     if found == 0 {
-        return Err(failure(name, ended, "has no walls; allowed: lines with x and y of both ends"));
+        return Err(failure(
+            name,
+            ended,
+            "has no walls; allowed: lines with x and y of both ends",
+        ));
     }
     if count[0] != found as f64 {
         let why = format!("the number is {}, but {found} walls follow; these are taken", count[0]);
         draft.leave_out(count_line, "the number of walls", why);
     }
     let size = [0, 1].map(|axis| high[axis] - low[axis]);
-    draft.enclose(Outline::Walled { low, size }, walls[0].0, "all walls are within this rectangle")?;
+    draft.enclose(
+        Outline::Walled { low, size },
+        walls[0].0,
+        "all walls are within this rectangle",
+    )?;
     for (line, from, to) in walls {
         draft.add(Thing::Wall { from, to }, line, "a wall")?;
     }
@@ -108,6 +127,11 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
         ("robot", "preset"),
         "\"kheperax\"",
         "The file names no robot: that of Kheperax stands here, another with lasers in a maze.",
+    );
+    draft.leave_out(
+        line,
+        "the robot",
+        "the file doesn't describe it; that of Kheperax stands there: set robot.preset",
     );
     draft.start_at(vec![start], false);
     Ok(draft)

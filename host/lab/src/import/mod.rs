@@ -18,7 +18,7 @@ mod kheperax;
 mod maze;
 mod outline;
 mod playground;
-#[cfg(test)]
+#[cfg(all(test, feature = "compose"))]
 mod tests;
 mod xml;
 
@@ -76,7 +76,8 @@ impl Imported {
     /// Both lists, for programs. Lines count from 1.
     pub fn lists(&self) -> Value {
         let list = |notes: &[Note]| -> Value {
-            let of = |note: &Note| json!({ "line": note.line, "what": note.what, "why": note.why, "more_lines": note.more });
+            let of =
+                |note: &Note| json!({ "line": note.line, "what": note.what, "why": note.why, "more_lines": note.more });
             notes.iter().map(of).collect()
         };
         json!({ "taken": list(&self.taken), "not_taken": list(&self.left_out) })
@@ -105,6 +106,8 @@ pub fn import(path: &Path, maze: Option<&str>, out: &Path) -> Result<Imported> {
 fn of_text(path: &Path, text: &str, maze: Option<&str>, out: &Path) -> Result<Imported> {
     // Editors on Windows begin a file with it.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let is_xml = text.trim_start().starts_with('<');
+    let text = &*if is_xml { xml::plain(text) } else { text.into() };
     let name = path.display().to_string();
     let format = format(path, &name, text)?;
     if maze.is_some() && format != Format::Kheperax {
@@ -146,7 +149,9 @@ fn format(path: &Path, name: &str, text: &str) -> Result<Format> {
         Some("argos" | "xml" | "playground") => Err(Failure::input(format_args!(
             "{name}:1: is not XML; allowed: a file that begins with `<`"
         ))),
-        _ => Err(Failure::input(format_args!("{name}: is of no known format; allowed: {FORMATS}"))),
+        _ => Err(Failure::input(format_args!(
+            "{name}: is of no known format; allowed: {FORMATS}"
+        ))),
     }
 }
 
@@ -154,12 +159,12 @@ fn format(path: &Path, name: &str, text: &str) -> Result<Format> {
 fn finished(mut draft: Draft, format: Format, name: &str, path: &Path, out: &Path) -> Result<Imported> {
     let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut text = draft.text(&file, format.name(), out);
-    if let Err(first) = checked(&text, out) {
-        if !draft.forget_starts(&first.to_string()) {
-            return Err(refused(name, &first));
+    if let Err(problem) = checked(&text, out) {
+        if !draft.forget_starts(&problem) {
+            return Err(refused(name, &problem));
         }
         text = draft.text(&file, format.name(), out);
-        checked(&text, out).map_err(|failure| refused(name, &failure))?;
+        checked(&text, out).map_err(|problem| refused(name, &problem))?;
     }
     Ok(Imported {
         format: format.name(),
@@ -170,12 +175,23 @@ fn finished(mut draft: Draft, format: Format, name: &str, path: &Path, out: &Pat
     })
 }
 
-fn refused(name: &str, failure: &Failure) -> Failure {
-    Failure::input(format_args!("{name}: would be an experiment that Oneiro refuses: {failure}"))
+fn refused(name: &str, problem: &str) -> Failure {
+    Failure::input(format_args!(
+        "{name}: would be an experiment that Oneiro refuses: {problem}"
+    ))
 }
 
-/// Reads an experiment's text as `oneiro check` does.
-fn checked(text: &str, out: &Path) -> Result {
-    let values = Parsed::new(out.display().to_string(), text)?;
-    Experiment::of(out, &values, &[], &Files::default()).map(drop)
+/// Reads an experiment's text as `oneiro check` does. A problem comes without its place, in a file that is not written yet.
+fn checked(text: &str, out: &Path) -> std::result::Result<(), String> {
+    let name = out.display().to_string();
+    let values = Parsed::new(name.clone(), text);
+    let read = values.and_then(|values| Experiment::of(out, &values, &[], &Files::default()));
+    read.map(drop).map_err(|failure| {
+        let problem = failure.to_string();
+        let is_place = |c: char| c.is_ascii_digit() || c == ':' || c == ' ';
+        let problem = problem
+            .strip_prefix(&name)
+            .map_or(&*problem, |rest| rest.trim_start_matches(is_place));
+        problem.to_owned()
+    })
 }

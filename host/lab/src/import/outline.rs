@@ -86,8 +86,15 @@ pub(super) fn around(boxes: &[Slab], middle: [f64; 2]) -> Option<(Outline, Vec<u
     let used = sides.iter().flat_map(|side| side.boxes.iter().copied()).collect();
     let is_straight = |side: &Side| side.normal[0].abs().min(side.normal[1].abs()) < 1e-6;
     let outline = if sides.len() == 4 && sides.iter().all(is_straight) {
-        let [low, high] = [f64::min, f64::max]
-            .map(|pick| [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).reduce(pick).unwrap_or_default()));
+        let [low, high] = [f64::min, f64::max].map(|pick| {
+            [0, 1].map(|axis| {
+                corners
+                    .iter()
+                    .map(|corner| corner[axis])
+                    .reduce(pick)
+                    .unwrap_or_default()
+            })
+        });
         Outline::Rectangle {
             low,
             size: [high[0] - low[0], high[1] - low[1]],
@@ -117,7 +124,11 @@ fn corners(sides: &[Side]) -> Option<Vec<[f64; 2]>> {
             (a * next.distance - side.distance * c) / area,
         ]);
     }
-    let is_inside = |corner: &[f64; 2]| sides.iter().all(|side| dot(side.normal, *corner) >= side.distance - NEARLY);
+    let is_inside = |corner: &[f64; 2]| {
+        sides
+            .iter()
+            .all(|side| dot(side.normal, *corner) >= side.distance - NEARLY)
+    };
     (corners.iter().all(is_inside)).then_some(corners)
 }
 
@@ -149,7 +160,8 @@ fn is_covered(side: &Side, boxes: &[Slab], ends: [[f64; 2]; 2]) -> bool {
 pub(super) fn contains(outline: &Outline, [x, y]: [f64; 2], room: f64) -> bool {
     match outline {
         Outline::Rectangle { low, size } | Outline::Walled { low, size } => {
-            (low[0] - room..=low[0] + size[0] + room).contains(&x) && (low[1] - room..=low[1] + size[1] + room).contains(&y)
+            (low[0] - room..=low[0] + size[0] + room).contains(&x)
+                && (low[1] - room..=low[1] + size[1] + room).contains(&y)
         }
         Outline::Polygon(corners) => (0..corners.len()).all(|index| {
             let ([a, b], [c, d]) = (corners[index], corners[(index + 1) % corners.len()]);

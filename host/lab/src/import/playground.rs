@@ -11,16 +11,24 @@ const CM: f64 = 10.0;
 const ROBOTS: [(&str, &str); 2] = [("thymio2", "\"thymio2\""), ("e-puck", "\"epuck\"")];
 
 /// Why the rest is not taken.
-const REASONS: [(&str, &str); 22] = [
+const REASONS: [(&str, &str); 24] = [
     ("author", ""),
+    ("thanks", ""),
+    ("externalLink", ""),
     ("description", ""),
     ("camera", ""),
     ("color", ""),
     ("wall.color", "Oneiro's things have no colour"),
     ("cylinder.color", "Oneiro's things have no colour"),
     ("world.color", "Oneiro's walls have no colour"),
-    ("world.groundTexture", "it is a picture; set arena.floor and arena.patches"),
-    ("world.energyScoringSystemEnabled", "Oneiro's task is a custom part: docs/extend.md"),
+    (
+        "world.groundTexture",
+        "it is a picture; set arena.floor and arena.patches",
+    ),
+    (
+        "world.energyScoringSystemEnabled",
+        "Oneiro's task is a custom part: docs/extend.md",
+    ),
     ("wall.h", "arena.wall_height_mm is the height of all things"),
     ("cylinder.h", "arena.wall_height_mm is the height of all things"),
     ("robot.port", ""),
@@ -30,7 +38,10 @@ const REASONS: [(&str, &str); 22] = [
     ("area", "only doors use it"),
     ("door", "Oneiro has no doors"),
     ("activation", "Oneiro has no doors"),
-    ("feeder", "Oneiro has no feeders; a patch with charges = true charges batteries"),
+    (
+        "feeder",
+        "Oneiro has no feeders; a patch with charges = true charges batteries",
+    ),
     ("aseba-playground", ""),
     ("point", ""),
     ("*.comment", ""),
@@ -45,7 +56,10 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
     let root = file.root();
     let mut draft = Draft::new(name, "1 cm there is 10 mm here.");
     let Some(world) = root.child("world") else {
-        return Err(draft.failure(root.line(), "has no <world>; allowed: one <world> in <aseba-playground>"));
+        return Err(draft.failure(
+            root.line(),
+            "has no <world>; allowed: one <world> in <aseba-playground>",
+        ));
     };
     let size = [world.length("w")?, world.length("h")?].map(|side| CM * side);
     let low = [0.0; 2];
@@ -77,7 +91,9 @@ fn place(of: Element<'_>) -> Result<[f64; 2]> {
 
 /// An angle in degrees; the file's are in radians.
 fn angle(of: Element<'_>) -> Result<f64> {
-    Ok(of.numbers("angle")?.map_or(0.0, |[radians]: [f64; 1]| turned(radians.to_degrees())))
+    Ok(of
+        .numbers("angle")?
+        .map_or(0.0, |[radians]: [f64; 1]| turned(radians.to_degrees())))
 }
 
 /// Notes that a thing doesn't move.
@@ -108,7 +124,12 @@ fn robots(root: Element<'_>, draft: &mut Draft) -> Result {
         };
         match taken {
             None => {
-                draft.set(("robot", "preset"), *preset, robot.line(), format!("<robot type=\"{kind}\">"));
+                draft.set(
+                    ("robot", "preset"),
+                    *preset,
+                    robot.line(),
+                    format!("<robot type=\"{kind}\">"),
+                );
                 taken = Some(kind);
                 starts.push(start);
             }
@@ -123,6 +144,11 @@ fn robots(root: Element<'_>, draft: &mut Draft) -> Result {
         0 => {
             let why = "No robot that Oneiro has is in the file: a Thymio II stands here.";
             draft.choose(("robot", "preset"), "\"thymio2\"", why);
+            draft.leave_out(
+                root.line(),
+                "robots",
+                "none that Oneiro has is in the file; a Thymio II stands there: set robot.preset",
+            );
         }
         1 => draft.start_at(starts, false),
         count => {

@@ -1,5 +1,6 @@
 //! XML with the line of each attribute, and a record of what has been read: the rest is reported.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
@@ -49,8 +50,35 @@ pub(super) fn root(name: &str, text: &str) -> Result<Format> {
     }
 }
 
+/// A text without the names of characters that XML doesn't know, such as `&ndash;`, which the simulators let pass. Nothing else moves.
+pub(super) fn plain(text: &str) -> Cow<'_, str> {
+    /// Those that XML knows.
+    const KNOWN: [&str; 5] = ["amp", "lt", "gt", "quot", "apos"];
+    if text.contains("<!ENTITY") || !text.contains('&') {
+        return Cow::Borrowed(text);
+    }
+    let mut plain = String::with_capacity(text.len());
+    let mut pieces = text.split('&');
+    plain += pieces.next().unwrap_or_default();
+    for piece in pieces {
+        let name = piece
+            .split(|c: char| !c.is_ascii_alphanumeric())
+            .next()
+            .unwrap_or_default();
+        let is_unknown = !name.is_empty() && piece[name.len()..].starts_with(';') && !KNOWN.contains(&name);
+        if is_unknown {
+            // As long as the name.
+            plain.extend(std::iter::repeat_n('?', name.len() + 2));
+            plain += &piece[name.len() + 1..];
+        } else {
+            plain.extend(["&", piece]);
+        }
+    }
+    Cow::Owned(plain)
+}
+
 impl<'a> Xml<'a> {
-    /// Parses a file's text.
+    /// Parses a file's text, made [`plain`].
     ///
     /// # Errors
     /// Exit 3: the place that is not XML.
@@ -93,7 +121,9 @@ impl<'a> Xml<'a> {
     pub(super) fn rest(&self, reasons: &[(&str, &str)]) -> Vec<Note> {
         const UNKNOWN: &str = "Oneiro has nothing like it";
         let reason = |keys: &[&str]| {
-            let found = keys.iter().find_map(|key| reasons.iter().find(|(known, _)| known == key));
+            let found = keys
+                .iter()
+                .find_map(|key| reasons.iter().find(|(known, _)| known == key));
             found.map_or(UNKNOWN, |(_, reason)| *reason)
         };
         let mut notes = Vec::new();
@@ -182,7 +212,10 @@ impl<'a> Element<'a> {
 
     /// An error about one of its attributes.
     pub(super) fn failure(self, name: &str, problem: impl std::fmt::Display) -> Failure {
-        let at = self.node.attribute_node(name).map_or(self.node.range().start, |own| own.range().start);
+        let at = self
+            .node
+            .attribute_node(name)
+            .map_or(self.node.range().start, |own| own.range().start);
         failure(
             self.file.name,
             self.file.line(at),
@@ -207,7 +240,9 @@ impl<'a> Element<'a> {
             };
             self.failure(name, format_args!("is `{shown}`; allowed: {allowed}"))
         };
-        let mut numbers = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+        let mut numbers = text
+            .split(|c: char| c == ',' || c.is_whitespace())
+            .filter(|word| !word.is_empty());
         let mut found = [0.0; N];
         for number in &mut found {
             let parsed = numbers.next().and_then(|word| word.parse().ok());
@@ -226,7 +261,11 @@ impl<'a> Element<'a> {
     /// Exit 3: also if it isn't.
     pub(super) fn needed<const N: usize>(self, name: &str) -> Result<[f64; N]> {
         let missing = || {
-            let allowed = if N == 1 { "a number".to_owned() } else { format!("{N} numbers") };
+            let allowed = if N == 1 {
+                "a number".to_owned()
+            } else {
+                format!("{N} numbers")
+            };
             self.failure(name, format_args!("is missing; allowed: {allowed}"))
         };
         self.numbers(name)?.ok_or_else(missing)
@@ -266,6 +305,9 @@ impl<'a> Unread<'a> {
 
     /// Whether an element with such a name is in it, at any depth.
     pub(super) fn has_within(self, is_meant: impl Fn(&str) -> bool) -> bool {
-        self.0.node.descendants().any(|node| node.is_element() && is_meant(node.tag_name().name()))
+        self.0
+            .node
+            .descendants()
+            .any(|node| node.is_element() && is_meant(node.tag_name().name()))
     }
 }
