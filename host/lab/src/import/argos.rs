@@ -21,6 +21,8 @@ const ON_WHEELS: [&str; 10] = [
     "turtlebot4",
     "bulbot",
 ];
+/// Maximum of boxes and of cylinders that are read, and of places in a grid.
+const MOST: usize = 10_000;
 /// Lowest floor level, m, at which a thing is above robots.
 const ABOVE: f64 = 0.05;
 
@@ -500,6 +502,7 @@ fn slab(
         sides: sides.map(|side| METRE * side),
         degrees,
     };
+    room(boxes.len(), read, draft)?;
     boxes.push((slab, read.line(), read.what()));
     Ok(())
 }
@@ -522,8 +525,18 @@ fn cylinder(
         at: [METRE * x, METRE * y],
         radius: METRE * radius,
     };
+    room(solids.len(), read, draft)?;
     solids.push((thing, read.line(), read.what()));
     Ok(())
+}
+
+/// Refuses more things than are read.
+fn room(count: usize, read: Element<'_>, draft: &Draft) -> Result {
+    if count < MOST {
+        return Ok(());
+    }
+    let problem = format_args!("{}: is one of more than {MOST}; allowed: up to {MOST}", read.what());
+    Err(draft.failure(read.line(), problem))
 }
 
 /// Notes that a thing doesn't move.
@@ -606,6 +619,14 @@ fn placing(read: Element<'_>, draft: &mut Draft) -> Result<Placing> {
             {
                 let problem = format_args!("is {}, {}; allowed: whole numbers from 1 to 1000", counts[0], counts[1]);
                 return Err(position.failure("layout", problem));
+            }
+            if counts[0] * counts[1] > MOST as f64 {
+                let why = format!(
+                    "it has {} x {} places; allowed: {MOST}; these are random",
+                    counts[0], counts[1]
+                );
+                draft.leave_out(position.line(), "<position layout>", why);
+                return Ok(Placing::Random);
             }
             let mut places = Vec::new();
             for row in 0..counts[1] as usize {
@@ -692,7 +713,7 @@ fn distribute<'a>(
                     at: *at,
                     degrees: degrees.unwrap_or_default(),
                 };
-                robot.starts = places.iter().map(start).collect();
+                robot.starts = places.iter().take(GREATEST_COUNT).map(start).collect();
                 robots.push(robot);
             }
         }

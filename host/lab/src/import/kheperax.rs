@@ -154,6 +154,8 @@ struct Reader<'t, 'a> {
     tokens: &'t [Token<'a>],
     at: usize,
     values: BTreeMap<&'a str, Value>,
+    /// How many walls are still read: loops have many.
+    room: usize,
 }
 
 impl<'a> Reader<'_, 'a> {
@@ -266,6 +268,7 @@ impl<'a> Reader<'_, 'a> {
 
     /// `Segment(Pos(..), Pos(..))`.
     fn segment(&mut self) -> Option<[[f64; 2]; 2]> {
+        self.room = self.room.checked_sub(1)?;
         self.take("Segment")?;
         self.take("(")?;
         let from = self.place()?;
@@ -291,18 +294,22 @@ impl<'a> Reader<'_, 'a> {
         let list = self.list()?;
         let after = self.at;
         let before = self.values.get(name).cloned();
-        let mut segments = Vec::new();
+        let mut segments = Some(Vec::new());
         for value in list {
             self.values.insert(name, Value::Number(value));
             self.at = begin;
-            segments.push(self.segment());
+            let Some(segment) = self.segment() else {
+                segments = None;
+                break;
+            };
+            segments.iter_mut().for_each(|all| all.push(segment));
         }
         match before {
             Some(before) => self.values.insert(name, before),
             None => self.values.remove(name),
         };
         self.at = after;
-        segments.into_iter().collect()
+        segments
     }
 
     /// The index after the bracket that closes the one at `open`.
@@ -323,18 +330,18 @@ impl<'a> Reader<'_, 'a> {
 }
 
 fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
-    /// Most walls of a loop that are read.
+    /// Most walls of a file.
     const MOST: usize = 10_000;
     let mut reader = Reader {
         tokens,
         at: 0,
         values: BTreeMap::new(),
+        room: MOST,
     };
     let mut mazes = vec![Maze {
         line: 1,
         ..Maze::default()
     }];
-    let mut total = 0;
     while let Some(token) = tokens.get(reader.at) {
         let begin = reader.at;
         let maze = mazes.last_mut().expect("the first one stays");
@@ -367,11 +374,8 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
             "Segment" if is_call => {
                 let found = reader.segments();
                 match found {
-                    Some(found) if total + found.len() <= MOST => {
-                        total += found.len();
-                        maze.segments.extend(found.into_iter().map(|ends| (token.line, ends)));
-                    }
-                    _ => {
+                    Some(found) => maze.segments.extend(found.into_iter().map(|ends| (token.line, ends))),
+                    None => {
                         let why = "its numbers are not understood; allowed: numbers, names of numbers, + - * /, `for` over a list";
                         maze.left_out.push((token.line, "Segment", why.to_owned()));
                         reader.at = reader.closed(begin + 1);

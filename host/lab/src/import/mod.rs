@@ -75,12 +75,15 @@ impl Imported {
 
     /// Both lists, for programs. Lines count from 1.
     pub fn lists(&self) -> Value {
-        let list = |notes: &[Note]| -> Value {
-            let of =
-                |note: &Note| json!({ "line": note.line, "what": note.what, "why": note.why, "more_lines": note.more });
-            notes.iter().map(of).collect()
+        let taken = |note: &Note| json!({ "line": note.line, "what": note.what, "key": note.why });
+        let left_out = |note: &Note| {
+            let lines: Vec<usize> = std::iter::once(note.line).chain(note.more.iter().copied()).collect();
+            json!({ "lines": lines, "what": note.what, "why": note.why })
         };
-        json!({ "taken": list(&self.taken), "not_taken": list(&self.left_out) })
+        json!({
+            "taken": self.taken.iter().map(taken).collect::<Value>(),
+            "not_taken": self.left_out.iter().map(left_out).collect::<Value>(),
+        })
     }
 
     /// Number of things in the experiment.
