@@ -403,23 +403,20 @@ fn read_arena<'a>(
     let slabs: Vec<Slab> = boxes.iter().map(|(slab, ..)| *slab).collect();
     let size = size.map(|side| METRE * side);
     let middle = middle.map(|value| METRE * value);
-    let (outline, walls) = match outline::around(&slabs, middle) {
-        Some((outline, mut walls)) => {
-            walls.sort_unstable();
-            let lines: Vec<String> = walls.iter().map(|&index| boxes[index].1.to_string()).collect();
-            let what = format!("the inner faces of the boxes of lines {}", lines.join(", "));
-            draft.enclose(outline.clone(), boxes[walls[0]].1, what)?;
-            (outline, walls)
-        }
-        None => {
-            let outline = Outline::Rectangle {
-                low: [0, 1].map(|axis| middle[axis] - 0.5 * size[axis]),
-                size,
-            };
-            let what = "<arena size>; its four sides are walls here";
-            draft.enclose(outline.clone(), arena.line(), what)?;
-            (outline, Vec::new())
-        }
+    let (outline, walls) = if let Some((outline, mut walls)) = outline::around(&slabs, middle) {
+        walls.sort_unstable();
+        let lines: Vec<String> = walls.iter().map(|&index| boxes[index].1.to_string()).collect();
+        let what = format!("the inner faces of the boxes of lines {}", lines.join(", "));
+        draft.enclose(outline.clone(), boxes[walls[0]].1, what)?;
+        (outline, walls)
+    } else {
+        let outline = Outline::Rectangle {
+            low: [0, 1].map(|axis| middle[axis] - 0.5 * size[axis]),
+            size,
+        };
+        let what = "<arena size>; its four sides are walls here";
+        draft.enclose(outline.clone(), arena.line(), what)?;
+        (outline, Vec::new())
     };
     let mut things: Vec<(Thing, usize, String)> = solids;
     for (index, (slab, line, what)) in boxes.into_iter().enumerate() {
@@ -441,7 +438,7 @@ fn read_arena<'a>(
             draft.leave_out(line, what, "it is outside the arena's walls");
         }
     }
-    let has_model = place_robots(arena.line(), &robots, controllers, drawn, &outline, draft)?;
+    let has_model = place_robots(arena.line(), &robots, controllers, drawn, &outline, draft);
     let mut has_lamps = false;
     for light in lights {
         has_lamps |= lamp(light, has_model, draft)?;
@@ -549,9 +546,8 @@ fn still(read: Element<'_>, draft: &mut Draft) {
 
 /// Reads a lamp. Returns whether it is on.
 fn lamp(read: Element<'_>, has_model: bool, draft: &mut Draft) -> Result<bool> {
-    let [x, y, z] = match pose(read, draft)? {
-        Some((at, _)) => at,
-        None => return Err(read.failure("position", "is missing; allowed: X,Y,Z in m")),
+    let Some(([x, y, z], _)) = pose(read, draft)? else {
+        return Err(read.failure("position", "is missing; allowed: X,Y,Z in m"));
     };
     let [intensity] = read.numbers("intensity")?.unwrap_or([1.0]);
     if intensity <= 0.0 {
@@ -729,7 +725,7 @@ fn place_robots(
     drawn: Option<(usize, usize, Option<f64>)>,
     outline: &Outline,
     draft: &mut Draft,
-) -> Result<bool> {
+) -> bool {
     let mut taken: Vec<&Robots<'_>> = robots.iter().filter(|own| own.tag == "e-puck").collect();
     let others: Vec<&Robots<'_>> = robots.iter().filter(|own| own.tag != "e-puck").collect();
     for other in &others {
@@ -778,7 +774,7 @@ fn place_robots(
             "robots",
             "no robot on two wheels is in the file; an e-puck stands there: set robot.preset",
         );
-        return Ok(false);
+        return false;
     }
     let has_model = kind != Kind::Other;
     let preset = if has_model { "\"epuck-rm1.1\"" } else { "\"epuck\"" };
@@ -798,7 +794,7 @@ fn place_robots(
     }
     if count == 1 && !has_model {
         draft.start_at(taken.first().map_or(Vec::new(), |own| own.starts.clone()), false);
-        return Ok(has_model);
+        return has_model;
     }
     let kept = count.min(GREATEST_COUNT);
     if kept < count {
@@ -853,5 +849,5 @@ fn place_robots(
             }
         }
     }
-    Ok(has_model)
+    has_model
 }

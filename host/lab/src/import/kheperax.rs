@@ -294,22 +294,22 @@ impl<'a> Reader<'_, 'a> {
         let list = self.list()?;
         let after = self.at;
         let before = self.values.get(name).cloned();
-        let mut segments = Some(Vec::new());
+        let (mut segments, mut is_understood) = (Vec::new(), true);
         for value in list {
             self.values.insert(name, Value::Number(value));
             self.at = begin;
             let Some(segment) = self.segment() else {
-                segments = None;
+                is_understood = false;
                 break;
             };
-            segments.iter_mut().for_each(|all| all.push(segment));
+            segments.push(segment);
         }
         match before {
             Some(before) => self.values.insert(name, before),
             None => self.values.remove(name),
         };
         self.at = after;
-        segments
+        is_understood.then_some(segments)
     }
 
     /// The index after the bracket that closes the one at `open`.
@@ -373,13 +373,12 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
             }
             "Segment" if is_call => {
                 let found = reader.segments();
-                match found {
-                    Some(found) => maze.segments.extend(found.into_iter().map(|ends| (token.line, ends))),
-                    None => {
-                        let why = "its numbers are not understood; allowed: numbers, names of numbers, + - * /, `for` over a list";
-                        maze.left_out.push((token.line, "Segment", why.to_owned()));
-                        reader.at = reader.closed(begin + 1);
-                    }
+                if let Some(found) = found {
+                    maze.segments.extend(found.into_iter().map(|ends| (token.line, ends)));
+                } else {
+                    let why = "its numbers are not understood; allowed: numbers, names of numbers, + - * /, `for` over a list";
+                    maze.left_out.push((token.line, "Segment", why.to_owned()));
+                    reader.at = reader.closed(begin + 1);
                 }
             }
             "target_pos" | "target_radius" | "\"target_pos\"" | "\"target_radius\""

@@ -67,10 +67,11 @@ pub struct Imported {
 impl Imported {
     /// A line for each thing that the experiment does not have: `FILE:LINE: <element attribute>: not taken: reason`.
     pub fn not_taken(&self) -> String {
-        self.left_out
+        let lines = self
+            .left_out
             .iter()
-            .map(|note| format!("{}\n", note.line_of(&self.file, "not taken: ")))
-            .collect()
+            .map(|note| note.line_of(&self.file, "not taken: ") + "\n");
+        lines.collect()
     }
 
     /// Both lists, for programs. Lines count from 1.

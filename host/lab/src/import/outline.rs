@@ -157,16 +157,17 @@ fn is_covered(side: &Side, boxes: &[Slab], ends: [[f64; 2]; 2]) -> bool {
 }
 
 /// Whether a point is inside, or at most `room` outside.
-pub(super) fn contains(outline: &Outline, [x, y]: [f64; 2], room: f64) -> bool {
+pub(super) fn contains(outline: &Outline, at: [f64; 2], room: f64) -> bool {
     match outline {
-        Outline::Rectangle { low, size } | Outline::Walled { low, size } => {
-            (low[0] - room..=low[0] + size[0] + room).contains(&x)
-                && (low[1] - room..=low[1] + size[1] + room).contains(&y)
-        }
+        Outline::Rectangle { low, size } | Outline::Walled { low, size } => [0, 1]
+            .iter()
+            .all(|&axis| (low[axis] - room..=low[axis] + size[axis] + room).contains(&at[axis])),
         Outline::Polygon(corners) => (0..corners.len()).all(|index| {
-            let ([a, b], [c, d]) = (corners[index], corners[(index + 1) % corners.len()]);
-            let length = (c - a).hypot(d - b);
-            (c - a) * (y - b) - (d - b) * (x - a) >= -room * length
+            let from = corners[index];
+            let next = corners[(index + 1) % corners.len()];
+            let along = [next[0] - from[0], next[1] - from[1]];
+            let inside = dot([-along[1], along[0]], [at[0] - from[0], at[1] - from[1]]);
+            inside >= -room * along[0].hypot(along[1])
         }),
     }
 }

@@ -141,7 +141,7 @@ fn an_arena_of_argos_becomes_an_experiment() {
 
 #[test]
 fn thin_boxes_around_a_polygon_are_its_sides() {
-    let boxes: String = (0..6)
+    let boxes: Vec<String> = (0..6)
         .map(|side| {
             let angle = 60.0 * f64::from(side);
             let (sine, cosine) = angle.to_radians().sin_cos();
@@ -152,6 +152,7 @@ fn thin_boxes_around_a_polygon_are_its_sides() {
             )
         })
         .collect();
+    let boxes = boxes.concat();
     let functions = "<loop_functions><params dist_radius=\"0.5\" number_robots=\"4\"/></loop_functions>";
     let controllers = "<controllers><automode_controller id=\"a\"><sensors><epuck_light/></sensors><params fsm-config=\"--nstates 1\"/>\
                        </automode_controller></controllers>";
@@ -309,7 +310,7 @@ fn an_ini_of_evorobotpy_becomes_an_experiment() {
 
 #[test]
 fn things_for_which_there_is_no_room_are_named() {
-    let walls: String = (0..70)
+    let walls: Vec<String> = (0..70)
         .map(|wall| {
             format!(
                 "<wall x=\"{}\" y=\"{}\" l1=\"2\" l2=\"1\" h=\"5\"/>\n",
@@ -318,6 +319,7 @@ fn things_for_which_there_is_no_room_are_named() {
             )
         })
         .collect();
+    let walls = walls.concat();
     let made = good(
         "many.playground",
         &format!("<aseba-playground><world w=\"400\" h=\"300\"/>\n{walls}</aseba-playground>"),
