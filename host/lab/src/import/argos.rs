@@ -155,7 +155,7 @@ fn length(experiment: Element<'_>, draft: &mut Draft) -> Result {
     Ok(())
 }
 
-/// What the controllers of a file are.
+/// The controllers of a file.
 #[derive(Default)]
 struct Controllers<'a> {
     /// Their names in this file, and their kinds.
@@ -279,7 +279,7 @@ fn loop_functions(functions: Element<'_>, draft: &mut Draft) -> Result<Option<(u
                     draft.leave_out(
                         params.line(),
                         "<params dist_radius>",
-                        "there is no number_robots beside it",
+                        "there is no number_robots next to it",
                     );
                 }
                 let mut inner: Vec<Unread<'_>> = params.unread().collect();

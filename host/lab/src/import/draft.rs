@@ -156,7 +156,7 @@ impl Thing {
         }
     }
 
-    /// What of it is out of range, with the allowed range.
+    /// A part of it that is out of range, with the allowed range.
     fn problem(&self) -> Option<String> {
         let outside = |word: &str, value: f64, range: &RangeInclusive<f64>| {
             (!range.contains(&value)).then(|| {
@@ -245,7 +245,7 @@ struct Entry {
 pub(super) struct Draft {
     /// The file's path, for errors.
     name: String,
-    /// What the file's unit of length is.
+    /// A sentence on the file's unit of length.
     unit: &'static str,
     entries: Vec<Entry>,
     outline: Option<(Outline, usize, String)>,
@@ -555,7 +555,7 @@ impl Draft {
         text
     }
 
-    /// What the experiment has of the file, in its order.
+    /// The things that are taken, in the file's order.
     pub(super) fn taken(&self) -> Vec<Note> {
         let key = |entry: &Entry| match entry.table {
             "" => entry.key.to_owned(),
@@ -580,7 +580,7 @@ impl Draft {
         all
     }
 
-    /// What it doesn't have, in the file's order; equal notes of several lines are one.
+    /// The things that are not taken, in the file's order; equal notes of several lines are one.
     pub(super) fn left_out(&self) -> Vec<Note> {
         let mut all = self.left_out.clone();
         all.sort_by_key(|note| note.line);

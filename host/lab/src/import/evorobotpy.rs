@@ -1,4 +1,4 @@
-//! evorobotpy: an `.ini` with the environment's name and its values, beside `.sample` files with its robot's sensors.
+//! evorobotpy: an `.ini` with the environment's name and its values, next to `.sample` files with its robot's sensors.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -146,7 +146,7 @@ pub(super) fn read(path: &Path, name: &str, text: &str, out: &Path) -> Result<Dr
     Ok(draft)
 }
 
-/// Names the sensors' files that lie beside the file; without them Oneiro's Khepera stands there.
+/// Names the sensors' files that lie next to the file; without them Oneiro's Khepera stands there.
 fn tables(path: &Path, out: &Path, line: usize, draft: &mut Draft) {
     let [folder, beside] = [path, out].map(|path| {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -154,7 +154,7 @@ fn tables(path: &Path, out: &Path, line: usize, draft: &mut Draft) {
     });
     let files = TABLES.map(|class| format!("{class}.sample"));
     if !files.iter().all(|file| folder.join(file).is_file()) {
-        let why = "they are not beside this file; Oneiro's Khepera has its own";
+        let why = "they are not next to this file; Oneiro's Khepera has its own";
         draft.leave_out(line, files.join(", "), why);
         return;
     }
@@ -169,7 +169,7 @@ fn tables(path: &Path, out: &Path, line: usize, draft: &mut Draft) {
         ("robot", "tables"),
         format!("{paths:?}"),
         line,
-        "its sensors, beside this file",
+        "its sensors, next to this file",
     );
     draft.classes = Some(TABLES);
 }

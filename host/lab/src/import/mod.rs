@@ -56,9 +56,9 @@ pub struct Imported {
     pub format: &'static str,
     /// The experiment's file.
     pub text: String,
-    /// What the experiment has of the file.
+    /// The things that are taken.
     taken: Vec<Note>,
-    /// What it doesn't have.
+    /// The things that are not taken.
     left_out: Vec<Note>,
     /// The file's name.
     file: String,

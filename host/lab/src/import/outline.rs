@@ -1,4 +1,4 @@
-//! Which of many boxes are the walls around an arena.
+//! Finds the boxes that are the walls around an arena.
 
 use std::f64::consts::{PI, TAU};
 

@@ -83,7 +83,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
     Ok(draft)
 }
 
-/// A place in mm. What the file leaves out is 0.
+/// A place in mm; 0 where the file gives none.
 fn place(of: Element<'_>) -> Result<[f64; 2]> {
     let axis = |name| of.numbers(name).map(|found| found.map_or(0.0, |[value]| CM * value));
     Ok([axis("x")?, axis("y")?])

@@ -284,7 +284,7 @@ fn an_ini_of_evorobotpy_becomes_an_experiment() {
     has(
         &made.not_taken(),
         &[
-            "ErDiscrim.ini:2: khepera-wall.sample, khepera-scylinder.sample: not taken: they are not beside this file",
+            "ErDiscrim.ini:2: khepera-wall.sample, khepera-scylinder.sample: not taken: they are not next to this file",
             "ErDiscrim.ini:5: [ALGO] maxmsteps: not taken: ",
             "ErDiscrim.ini:10: [POLICY] bias: not taken: ",
         ],
