@@ -377,6 +377,8 @@ fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) 
 pub(crate) enum Command {
     /// Write an experiment to start from, or list all keys
     New(New),
+    /// Make an experiment from a file of another simulator
+    Import(Import),
     /// Check an experiment, summarise it and draw its arena
     Check(Check),
     /// Evolve controllers from one seed or from many
@@ -469,6 +471,20 @@ pub(crate) struct New {
         conflicts_with_all = ["name", "swarm", "forager", "robot", "sensor", "controller", "task", "all_keys", "example", "out"]
     )]
     pub(crate) keys: Option<String>,
+}
+
+/// `oneiro import`
+#[derive(Args, Debug)]
+pub(crate) struct Import {
+    /// ARGoS (.argos, .xml), an Aseba playground (.playground), mazes of Kheperax (.py), a maze as text (.txt), evorobotpy (.ini)
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// The experiment to write; a file that exists is never overwritten [default: FILE's name with .toml, in the current folder]
+    #[arg(long, value_name = "EXPERIMENT.toml", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Which maze of a file with several
+    #[arg(long, value_name = "NAME")]
+    pub(crate) maze: Option<String>,
 }
 
 /// Instead of a rule's name, lists all of them.

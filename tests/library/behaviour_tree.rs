@@ -155,6 +155,9 @@ fn a_text_of_the_program() {
                 --n1 0 --nchild1 2 --n10 6 --c10 5 --p10 0.1 --n11 5 --a11 5 --rep11 1.5";
     let tree = Tree::parse(text).unwrap();
     assert_eq!(format!("--bt-config {tree}"), text);
+    // As published trees are written.
+    let published = text.replace("--rwm01 50", "--rwm01 50 --p01 0");
+    assert_eq!(Tree::parse(&published).unwrap(), tree);
     let refusal = |text: &str| Tree::parse(text).unwrap_err().to_string();
     for (from, to, expected) in [
         ("--nroot 3", "--nroot 2", "word 3: `--nroot` is `2`; allowed: 3"),
@@ -182,6 +185,11 @@ fn a_text_of_the_program() {
             "--rep11 1.5",
             "--rep11 1.5 --n2 0",
             "word 40: `--n2` is not of this tree; allowed: options of its branches, their conditions and behaviours",
+        ),
+        (
+            "--rwm01 50",
+            "--rwm01 50 --p01 0.5",
+            "word 25: `--p01` is `0.5`; allowed: 0",
         ),
         (
             "--nroot 3",

@@ -220,6 +220,13 @@ fn a_text_is_read_as_automode_does() {
     assert_eq!(Machine::of(&machine.genome()), machine);
 }
 
+/// As published machines are written.
+#[test]
+fn the_only_state_may_say_that_it_has_no_transitions() {
+    let machine = Machine::parse("--nstates 1 --s0 4 --att0 5 --n0 0").unwrap();
+    assert_eq!(machine.to_string(), "--nstates 1 --s0 4 --att0 5");
+}
+
 #[test]
 fn texts_with_mistakes_are_refused_at_their_word() {
     let refusal = |text: &str| Machine::parse(text).unwrap_err().to_string();
@@ -252,6 +259,11 @@ fn texts_with_mistakes_are_refused_at_their_word() {
             "--nstates 1 --s0 1 --att0 2",
             "word 5: `--att0` is not of this machine; allowed: options of its states, their behaviours, transitions and conditions",
         ),
+        (
+            "--nstates 1 --s0 0 --cle0 4",
+            "word 5: `--cle0` is not of this machine; allowed: options of its states, their behaviours, transitions and conditions",
+        ),
+        ("--nstates 1 --s0 1 --n0 1", "word 6: `--n0` is `1`; allowed: 0"),
         (
             "--nstates 2 --s0 1 --n0 1 --n0x0 1 --c0x0 5 --p0x0 0.5 --s1 1 --n1 0",
             "word 8: `--n0x0` is `1`; allowed: 0",

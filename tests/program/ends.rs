@@ -25,8 +25,9 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 42] = [
+const COMMANDS: [(&str, &[&str]); 43] = [
     ("new", &["new", "OUT.toml"]),
+    ("import", &["import", "maze.txt", "--out", "OUT.toml"]),
     ("check", &["check", "small.toml"]),
     ("check parts", &["check", "parts.toml"]),
     ("new keys", &["new", "--keys"]),
@@ -137,6 +138,10 @@ impl Place {
         let shipped = |file: &str| experiments.join(file).display().to_string();
         place.write("small.toml", EXPERIMENT);
         place.write("sweep.toml", SWEEP);
+        place.write(
+            "maze.txt",
+            "4\n20 20\n0\n80 80\n0 0 100 0\n100 0 100 100\n100 100 0 100\n0 100 0 0\n",
+        );
         let shortened = |out: &str, file: &str, set: &[&str]| {
             let set: Vec<&str> = set.iter().flat_map(|&set| ["--set", set]).collect();
             let run = [&["run", file, "--seed", "1", "--out", out][..], &set].concat();

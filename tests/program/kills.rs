@@ -47,7 +47,7 @@ impl Case {
     }
 }
 
-const CASES: [Case; 33] = [
+const CASES: [Case; 34] = [
     Case::new("run", "small.toml --seed 1 --out WORK/out"),
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
@@ -89,6 +89,7 @@ const CASES: [Case; 33] = [
     Case::new("robot tables show", "wall --out WORK/out.svg"),
     Case::new("new", "other --sensor sensors --task task"),
     Case::new("new", "--example gather"),
+    Case::new("import", "maze.txt --out WORK/out.toml"),
     Case::new("check", "small.toml --out WORK/out.svg"),
     Case::new("man", "WORK/out"),
     Case {
@@ -504,6 +505,10 @@ impl Bench {
     /// What all commands start from.
     fn prepare(&self) {
         self.write("small.toml", SMALL);
+        self.write(
+            "maze.txt",
+            "4\n20 20\n0\n80 80\n0 0 100 0\n100 0 100 100\n100 100 0 100\n0 100 0 0\n",
+        );
         self.write("inputs.toml", format!("robot.motors = \"motor.sam\"\n{SMALL}"));
         self.write(
             "sweep.toml",

@@ -22,6 +22,7 @@ pub mod engine;
 pub mod exchange;
 pub mod experiment;
 pub mod genomes;
+pub mod import;
 pub mod lives;
 #[cfg(test)]
 #[allow(dead_code, reason = "other tests use the rest")]

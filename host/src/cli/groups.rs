@@ -6,7 +6,10 @@ use clap::Command;
 
 /// Headings, and the commands under each, in the order of the help.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Evolve", &["new", "check", "run", "resume", "sweep", "reproduce"]),
+    (
+        "Evolve",
+        &["new", "import", "check", "run", "resume", "sweep", "reproduce"],
+    ),
     (
         "Look at results",
         &["list", "watch", "replay", "evaluate", "compare", "verify"],

@@ -15,6 +15,7 @@ pub(crate) mod device;
 mod evaluate;
 pub(crate) mod fleet;
 mod guard;
+mod import;
 mod list;
 mod live;
 mod man;
@@ -46,6 +47,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
     }
     match command {
         Command::New(arguments) => new::run(&arguments, console),
+        Command::Import(arguments) => import::run(&arguments, console),
         Command::Check(arguments) => check::run(&arguments, console),
         Command::Run(arguments) => run::run(&arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display};
 
-use super::text::{BadText, Options, write_behaviour, write_condition};
+use super::text::{BadText, Options, Words, write_behaviour, write_condition};
 use super::{
     AT_LEAST, BEHAVIOUR_GENES, Behaviour, CONDITION_GENES, Condition, behaviour_genes, condition_genes, gene, middle,
     whole, wholes, within,
@@ -19,6 +19,16 @@ const SELECTOR: u32 = 0;
 const SEQUENCE_WITH_MEMORY: u32 = 3;
 const ACTION: u32 = 5;
 const CONDITION: u32 = 6;
+
+/// What its texts consist of.
+const WORDS: Words = Words {
+    may_begin: "--bt-config",
+    such_as: "--nroot, --nchildroot, --n0, ..",
+    whole: &["nroot", "nchildroot"],
+    numbered: &["n", "nchild", "c", "p", "w", "a", "rwm", "att", "rep"],
+    between: None,
+    kind: "tree; allowed: options of its branches, their conditions and behaviours",
+};
 
 /// A tree: a sequence with memory. In each cycle it asks the condition of the branch that acted last. While that doesn't hold, the
 /// branch's behaviour acts; if it does, the next branch is asked. If all from there on hold, the tree is asked once more from its first
@@ -84,12 +94,12 @@ impl Tree {
     }
 
     /// Reads `AutoMoDe`'s text form: `--nroot 3 --nchildroot 1 --n0 0 --nchild0 2 --n00 6 --c00 5 --p00 0.1 --n01 5 --a01 0 --rwm01 50`.
-    /// Options may be in any order, and `--bt-config` may stand before them.
+    /// Options may be in any order, `--bt-config` may stand before them, and a behaviour may have the probability 0: `--p01 0`.
     ///
     /// # Errors
     /// As [`Machine::parse`](super::Machine::parse). Other trees than these are refused.
     pub fn parse(text: &str) -> Result<Self, BadText> {
-        let mut options = Options::read(text, "--bt-config", "--nroot, --nchildroot, --n0, ..")?;
+        let mut options = Options::read(text, WORDS)?;
         options.whole("--nroot", [SEQUENCE_WITH_MEMORY; 2])?;
         let count = options.whole("--nchildroot", [1, GREATEST_BRANCHES as u32])?;
         let branch = |branch| {
@@ -99,10 +109,15 @@ impl Tree {
             let condition = options.condition(&format!("{branch}0"))?;
             options.whole(&format!("--n{branch}1"), [ACTION; 2])?;
             let behaviour = options.behaviour(&format!("--a{branch}1"), &format!("{branch}1"))?;
+            // The chance that a behaviour succeeds by itself, which Maple's don't.
+            let chance = format!("--p{branch}1");
+            if options.has(&chance) {
+                options.whole(&chance, [0; 2])?;
+            }
             Ok(Branch { condition, behaviour })
         };
         let branches = (0..count).map(branch).collect::<Result<_, _>>()?;
-        options.finished("tree; allowed: options of its branches, their conditions and behaviours")?;
+        options.finished()?;
         Ok(Self { branches })
     }
 }

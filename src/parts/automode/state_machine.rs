@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display};
 
-use super::text::{BadText, Options, write_behaviour, write_condition};
+use super::text::{BadText, Options, Words, write_behaviour, write_condition};
 use super::{
     AT_LEAST, BEHAVIOUR_GENES, Behaviour, CONDITION_GENES, Condition, behaviour_genes, condition_genes, gene, middle,
     whole, wholes, within,
@@ -16,6 +16,16 @@ pub const GREATEST_TRANSITIONS: usize = 4;
 
 const TRANSITION_GENES: usize = 1 + CONDITION_GENES;
 const STATE_GENES: usize = BEHAVIOUR_GENES + 1 + GREATEST_TRANSITIONS * TRANSITION_GENES;
+
+/// What its texts consist of.
+const WORDS: Words = Words {
+    may_begin: "--fsm-config",
+    such_as: "--nstates, --s0, ..",
+    whole: &["nstates"],
+    numbered: &["s", "n", "rwm", "att", "rep", "c", "p", "w"],
+    between: Some('x'),
+    kind: "machine; allowed: options of its states, their behaviours, transitions and conditions",
+};
 
 /// Range of the gene for where a transition leads, a fraction of the other states.
 const SHARES: [f32; 2] = [0.0, 1.0];
@@ -99,19 +109,19 @@ impl Machine {
     }
 
     /// Reads `AutoMoDe`'s text form: `--nstates 2 --s0 0 --rwm0 50 --n0 1 --n0x0 0 --c0x0 3 --p0x0 8 --w0x0 2.5 --s1 1 ..`. Options may
-    /// be in any order, and `--fsm-config` may stand before them.
+    /// be in any order, `--fsm-config` may stand before them, and the only state of a machine may have `--n0 0`.
     ///
     /// # Errors
     /// The first word that is no option with its value, is given twice, is not of this machine, or not allowed; or the option that is
     /// missing, at the word after the last.
     pub fn parse(text: &str) -> Result<Self, BadText> {
-        let mut options = Options::read(text, "--fsm-config", "--nstates, --s0, ..")?;
+        let mut options = Options::read(text, WORDS)?;
         let count = options.whole("--nstates", [1, GREATEST_STATES as u32])?;
         let others = count as usize - 1;
         let states = (0..count)
             .map(|state| MachineState::read(&mut options, state, others))
             .collect::<Result<_, _>>()?;
-        options.finished("machine; allowed: options of its states, their behaviours, transitions and conditions")?;
+        options.finished()?;
         Ok(Self { states })
     }
 }
@@ -144,8 +154,10 @@ impl MachineState {
     fn read(options: &mut Options, state: u32, others: usize) -> Result<Self, BadText> {
         let behaviour = options.behaviour(&format!("--s{state}"), &state.to_string())?;
         let count = format!("--n{state}");
-        let count = if others > 0 && options.has(&count) {
-            options.whole(&count, [0, GREATEST_TRANSITIONS as u32])?
+        // A machine's only state may say that it has none.
+        let most = if others > 0 { GREATEST_TRANSITIONS as u32 } else { 0 };
+        let count = if options.has(&count) {
+            options.whole(&count, [0, most])?
         } else {
             0
         };

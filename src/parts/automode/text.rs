@@ -22,19 +22,53 @@ fn bad<T>(word: usize, problem: impl Into<String>) -> Result<T, BadText> {
     })
 }
 
+/// The words of a kind of text.
+#[derive(Clone, Copy)]
+pub(super) struct Words {
+    /// May stand before the options.
+    pub(super) may_begin: &'static str,
+    /// The first options.
+    pub(super) such_as: &'static str,
+    /// All options: without a number after them, and before one.
+    pub(super) whole: &'static [&'static str],
+    pub(super) numbered: &'static [&'static str],
+    /// Between the digits of two numbers.
+    pub(super) between: Option<char>,
+    /// What an option doesn't belong to, and what is allowed, as in `tree; allowed: options of its branches`.
+    pub(super) kind: &'static str,
+}
+
+impl Words {
+    /// Whether such texts have an option of this name.
+    fn has(self, option: &str) -> bool {
+        let name = option.strip_prefix("--").unwrap_or(option);
+        let letters = name.find(|c: char| c.is_ascii_digit()).unwrap_or(name.len());
+        let (letters, place) = name.split_at(letters);
+        let is_place = place.chars().all(|c| c.is_ascii_digit() || Some(c) == self.between);
+        if place.is_empty() {
+            self.whole.contains(&letters)
+        } else {
+            is_place && self.numbered.contains(&letters)
+        }
+    }
+}
+
 /// The values of options that have not been taken yet, each with the option's place.
 pub(super) struct Options<'a> {
+    words: Words,
     values: BTreeMap<&'a str, (usize, &'a str)>,
     /// The place after the last word.
     end: usize,
 }
 
 impl<'a> Options<'a> {
-    /// Reads a text, which may begin with the word `may_begin`; `such_as` names the first options.
-    pub(super) fn read(text: &'a str, may_begin: &str, such_as: &str) -> Result<Self, BadText> {
+    /// Reads a text. An option that no such text has is refused before any that is missing.
+    pub(super) fn read(text: &'a str, kind: Words) -> Result<Self, BadText> {
+        let Words { may_begin, such_as, .. } = kind;
         let mut words = (1..).zip(text.split_whitespace()).peekable();
         words.next_if(|(_, word)| *word == may_begin);
         let mut options = Self {
+            words: kind,
             values: BTreeMap::new(),
             end: 1,
         };
@@ -44,6 +78,9 @@ impl<'a> Options<'a> {
                     place,
                     format!("`{option}` is no option; allowed: {such_as}, each with its value"),
                 );
+            }
+            if !kind.has(option) {
+                return foreign(place, option, kind);
             }
             options.end = place + 1;
             let Some((_, value)) = words.next_if(|(_, word)| !word.starts_with("--")) else {
@@ -142,14 +179,17 @@ impl<'a> Options<'a> {
         })
     }
 
-    /// Returns an error for the first unused option. `kind` ends the message: what the option doesn't belong to, and what is
-    /// allowed, as in `tree; allowed: options of its branches`.
-    pub(super) fn finished(self, kind: &str) -> Result<(), BadText> {
+    /// Returns an error for the first unused option.
+    pub(super) fn finished(self) -> Result<(), BadText> {
         match self.values.into_iter().min_by_key(|(_, (place, _))| *place) {
             None => Ok(()),
-            Some((option, (place, _))) => bad(place, format!("`{option}` is not of this {kind}")),
+            Some((option, (place, _))) => foreign(place, option, self.words),
         }
     }
+}
+
+fn foreign<T>(place: usize, option: &str, words: Words) -> Result<T, BadText> {
+    bad(place, format!("`{option}` is not of this {}", words.kind))
 }
 
 /// Writes what [`Options::behaviour`] takes.

@@ -1,0 +1,201 @@
+//! Files of other simulators, as experiments. A file here reads each format and fills a [`Draft`]; Oneiro's own code checks the
+//! experiment that comes of it.
+
+use std::path::Path;
+
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use serde_json::{Value, json};
+
+use self::draft::{Draft, Note};
+use crate::experiment::source::Parsed;
+use crate::experiment::{Experiment, Files};
+
+mod argos;
+mod draft;
+mod evorobotpy;
+mod kheperax;
+mod maze;
+mod outline;
+mod playground;
+#[cfg(all(test, feature = "compose"))]
+mod tests;
+mod xml;
+
+/// The formats, as messages list them.
+const FORMATS: &str = "ARGoS (.argos, .xml), Aseba's playgrounds (.playground), mazes of Kheperax (.py), mazes as texts (.txt), \
+                       evorobotpy (.ini)";
+
+/// Formats by the extensions of their files; XML has its kind in its first element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Argos,
+    Playground,
+    Kheperax,
+    Maze,
+    Evorobotpy,
+}
+
+impl Format {
+    /// The simulator's name.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Argos => "ARGoS",
+            Self::Playground => "an Aseba playground",
+            Self::Kheperax => "Kheperax",
+            Self::Maze => "a maze as text",
+            Self::Evorobotpy => "evorobotpy",
+        }
+    }
+}
+
+/// An experiment made from another simulator's file.
+#[derive(Debug)]
+pub struct Imported {
+    /// Name of the other simulator.
+    pub format: &'static str,
+    /// The experiment's file.
+    pub text: String,
+    /// The things that are taken.
+    taken: Vec<Note>,
+    /// The things that are not taken.
+    left_out: Vec<Note>,
+    /// The file's name.
+    file: String,
+}
+
+impl Imported {
+    /// A line for each thing that the experiment does not have: `FILE:LINE: <element attribute>: not taken: reason`.
+    pub fn not_taken(&self) -> String {
+        let lines = self
+            .left_out
+            .iter()
+            .map(|note| note.line_of(&self.file, "not taken: ") + "\n");
+        lines.collect()
+    }
+
+    /// Both lists, for programs. Lines count from 1.
+    pub fn lists(&self) -> Value {
+        let taken = |note: &Note| json!({ "line": note.line, "what": note.what, "key": note.why });
+        let left_out = |note: &Note| {
+            let lines: Vec<usize> = std::iter::once(note.line).chain(note.more.iter().copied()).collect();
+            json!({ "lines": lines, "what": note.what, "why": note.why })
+        };
+        json!({
+            "taken": self.taken.iter().map(taken).collect::<Value>(),
+            "not_taken": self.left_out.iter().map(left_out).collect::<Value>(),
+        })
+    }
+
+    /// Number of things in the experiment.
+    pub fn taken(&self) -> usize {
+        self.taken.len()
+    }
+
+    /// Number of things that it doesn't have.
+    pub fn left_out(&self) -> usize {
+        self.left_out.len()
+    }
+}
+
+/// Makes an experiment for the path `out` from another simulator's file. `maze` chooses one of several mazes in a file.
+///
+/// # Errors
+/// Exit 3: the file, the line, what is wrong and what is allowed; exit 6 if reading fails.
+pub fn import(path: &Path, maze: Option<&str>, out: &Path) -> Result<Imported> {
+    let text = files::text(path)?;
+    of_text(path, &text, maze, out)
+}
+
+fn of_text(path: &Path, text: &str, maze: Option<&str>, out: &Path) -> Result<Imported> {
+    // Editors on Windows begin a file with it.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let is_xml = text.trim_start().starts_with('<');
+    let text = &*if is_xml { xml::plain(text) } else { text.into() };
+    let name = path.display().to_string();
+    let format = format(path, &name, text)?;
+    if maze.is_some() && format != Format::Kheperax {
+        return Err(Failure::input(format_args!(
+            "--maze: {name} is {}, with one arena; allowed: with mazes of Kheperax (.py)",
+            format.name()
+        )));
+    }
+    let draft = match format {
+        Format::Argos => argos::read(&name, text)?,
+        Format::Playground => playground::read(&name, text)?,
+        Format::Kheperax => kheperax::read(&name, text, maze)?,
+        Format::Maze => maze::read(&name, text)?,
+        Format::Evorobotpy => evorobotpy::read(path, &name, text, out)?,
+    };
+    finished(draft, format, &name, path, out)
+}
+
+/// Which format a file has.
+fn format(path: &Path, name: &str, text: &str) -> Result<Format> {
+    let start = text.trim_start();
+    if start.starts_with('<') {
+        return xml::root(name, text);
+    }
+    if ["--nstates", "--fsm-config", "--bt-config", "--nroot"]
+        .iter()
+        .any(|word| start.starts_with(word))
+    {
+        return Err(Failure::input(format_args!(
+            "{name}:1: is a controller of AutoMoDe; allowed: {FORMATS}; \
+             `oneiro evaluate EXPERIMENT --genomes FILE.txt` reads such texts"
+        )));
+    }
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match extension.to_str() {
+        Some("py") => Ok(Format::Kheperax),
+        Some("txt") => Ok(Format::Maze),
+        Some("ini") => Ok(Format::Evorobotpy),
+        Some("argos" | "xml" | "playground") => Err(Failure::input(format_args!(
+            "{name}:1: is not XML; allowed: a file that begins with `<`"
+        ))),
+        _ => Err(Failure::input(format_args!(
+            "{name}: is of no known format; allowed: {FORMATS}"
+        ))),
+    }
+}
+
+/// Writes a draft down if Oneiro accepts it as an experiment. Starts that it refuses become random ones.
+fn finished(mut draft: Draft, format: Format, name: &str, path: &Path, out: &Path) -> Result<Imported> {
+    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut text = draft.text(&file, format.name(), out);
+    if let Err(problem) = checked(&text, out) {
+        if !draft.forget_starts(&problem) {
+            return Err(refused(name, &problem));
+        }
+        text = draft.text(&file, format.name(), out);
+        checked(&text, out).map_err(|problem| refused(name, &problem))?;
+    }
+    Ok(Imported {
+        format: format.name(),
+        text,
+        taken: draft.taken(),
+        left_out: draft.left_out(),
+        file: name.to_owned(),
+    })
+}
+
+fn refused(name: &str, problem: &str) -> Failure {
+    Failure::input(format_args!(
+        "{name}: would be an experiment that Oneiro refuses: {problem}"
+    ))
+}
+
+/// Reads an experiment's text as `oneiro check` does. A problem comes without its place, in a file that is not written yet.
+fn checked(text: &str, out: &Path) -> std::result::Result<(), String> {
+    let name = out.display().to_string();
+    let values = Parsed::new(name.clone(), text);
+    let read = values.and_then(|values| Experiment::of(out, &values, &[], &Files::default()));
+    read.map(drop).map_err(|failure| {
+        let problem = failure.to_string();
+        let is_place = |c: char| c.is_ascii_digit() || c == ':' || c == ' ';
+        let problem = problem
+            .strip_prefix(&name)
+            .map_or(&*problem, |rest| rest.trim_start_matches(is_place));
+        problem.to_owned()
+    })
+}

@@ -1,0 +1,525 @@
+//! Tests of what files of other simulators become. The files are invented.
+
+use std::path::Path;
+
+use oneiro_base::exit::Result;
+
+use super::*;
+use crate::mutations::mutant;
+use crate::scratch::Scratch;
+
+const ARENA: &str = r#"<?xml version="1.0" ?>
+<argos-configuration>
+  <framework>
+    <experiment length="90" ticks_per_second="10" random_seed="7" />
+  </framework>
+  <controllers>
+    <meander_controller id="meander" library="libmeander">
+      <sensors><epuck_proximity implementation="default" /></sensors>
+      <params turn="0.3" />
+    </meander_controller>
+  </controllers>
+  <loop_functions library="libtask" label="task">
+    <circle position="0.2,0.1" radius="0.15" color="black" />
+    <rectangle center="-0.5,0.2" angle="30" width="0.4" height="0.2" color="white" />
+    <circle position="0,0" radius="0.1" color="red" />
+  </loop_functions>
+  <arena size="4, 4, 1" center="0,0,0.5">
+    <floor id="floor" source="loop_functions" pixels_per_meter="50" />
+    <box id="north" size="2.2,0.1,0.5" movable="false"><body position="0,0.8,0" orientation="0,0,0" /></box>
+    <box id="south" size="2.2,0.1,0.5" movable="false"><body position="0,-0.8,0" orientation="0,0,0" /></box>
+    <box id="east" size="0.1,1.6,0.5" movable="false"><body position="1.05,0,0" orientation="0,0,0" /></box>
+    <box id="west" size="1.6,0.1,0.5" movable="false"><body position="-1.05,0,0" orientation="90,0,0" /></box>
+    <box id="crate" size="0.3,0.2,0.2" movable="true" mass="2"><body position="0.4,0.3,0" orientation="45,0,0" /></box>
+    <box id="beam" size="0.3,0.2,0.2" movable="false"><body position="0.4,0.3,0.4" orientation="0,0,0" /></box>
+    <cylinder id="post" radius="0.05" height="0.3" movable="false"><body position="-0.3,-0.2,0" orientation="0,0,0" /></cylinder>
+    <light id="lamp" position="0.9,0,0.4" orientation="0,0,0" color="yellow" intensity="2.0" medium="leds" />
+    <distribute>
+      <position method="uniform" min="-0.5,-0.5,0" max="0.5,0.5,0" />
+      <orientation method="uniform" min="0,0,0" max="360,0,0" />
+      <entity quantity="6" max_trials="100">
+        <e-puck id="robot"><controller config="meander" /></e-puck>
+      </entity>
+    </distribute>
+    <foot-bot id="big"><body position="0,0,0" orientation="0,0,0" /><controller config="meander" /></foot-bot>
+  </arena>
+</argos-configuration>
+"#;
+
+const PLAYGROUND: &str = r#"<!DOCTYPE aseba-playground>
+<aseba-playground>
+  <author name="nobody" />
+  <color name="blue" r="0" g="0" b="1" />
+  <world w="120" h="80.5" color="blue" groundTexture="floor.png" />
+  <wall x="60" y="40" l1="30" l2="2.5" h="10" angle="0.7853981634" color="blue" />
+  <cylinder x="90" y="20" r="4" h="8" mass="3" color="blue" />
+  <door name="gate" color="blue" />
+  <robot type="thymio2" x="25" y="40" angle="1.570796327" name="one" port="33333" />
+</aseba-playground>
+"#;
+
+const MAZES: &str = r#"from kheperax.simu.geoms import Pos, Segment
+
+gap = 0.25  # of both
+ys = [0.2, 0.4]
+register_target_maze(
+    "bends",
+    segments=[
+        Segment(Pos(0.0, gap), Pos(1 - gap, gap)),
+        *[Segment(Pos(gap, y), Pos(2 * gap, y + 0.05)) for y in ys],
+        Segment(Pos(wide, 0.1), Pos(0.2, 0.1)),
+    ],
+    target_pos=(0.9, 0.9),
+    target_radius=0.05,
+)
+register_target_maze("empty", segments=[Segment(Pos(0.5, 0.0), Pos(0.5, 0.6))], target_pos=(0.9, 0.1), target_radius=0.1)
+"#;
+
+const MAZE: &str =
+    "# walls\n5\n30 30\n90\n# goal\n150 90\n0 0 200 0\n200 0 200 120\n200 120 0 120\n0 120 0 0\n100 0 100 70\n";
+
+const INI: &str = "[EXP]\nenvironment = ErDiscrim\n\n[ALGO]\nmaxmsteps = 350\n[POLICY]\nepisodes = 4\nmaxsteps = 300\nnhiddens = 8\nbias = 1\n";
+
+fn converted(name: &str, text: &str, maze: Option<&str>) -> Result<Imported> {
+    of_text(Path::new(name), text, maze, Path::new("imported.toml"))
+}
+
+fn good(name: &str, text: &str) -> Imported {
+    converted(name, text, None).unwrap_or_else(|failure| panic!("{name}: {failure}"))
+}
+
+fn bad(name: &str, text: &str) -> String {
+    let failure = converted(name, text, None).expect_err("it is refused");
+    assert_eq!(failure.code(), 3, "{failure}");
+    failure.to_string()
+}
+
+/// The lines of a text with one of these words are all there.
+fn has(text: &str, lines: &[&str]) {
+    for line in lines {
+        assert!(text.contains(line), "{line}\nis not in\n{text}");
+    }
+}
+
+#[test]
+fn an_arena_of_argos_becomes_an_experiment() {
+    let made = good("arena.argos", ARENA);
+    has(
+        &made.text,
+        &[
+            "# arena.argos:4: <experiment length>, in cycles of 100 ms\ncycles = 900\n",
+            "preset = \"epuck\"\n# arena.argos:31: their number\ncount = 6\n",
+            "# arena.argos:19: the inner faces of the boxes of lines",
+            "width_mm = 2000.0\nheight_mm = 1500.0\n",
+            "Places are moved by 1000.0 mm in x and 750.0 mm in y.",
+            "[[arena.blocks]]\nx_mm = 1400.0\ny_mm = 1050.0\nlength_mm = 300.0\nwidth_mm = 200.0\nheading_deg = 45.0\n",
+            "[[arena.obstacles]]\nx_mm = 700.0\ny_mm = 550.0\nradius_mm = 50.0\n",
+            "[[arena.lights]]\nx_mm = 1900.0\ny_mm = 750.0\n",
+            "[[arena.patches]]\nx_mm = 1200.0\ny_mm = 850.0\nradius_mm = 150.0\ngrey = 0.0\n",
+            "sides_mm = [400.0, 200.0]\nheading_deg = 30.0\ngrey = 1.0\n",
+        ],
+    );
+    has(
+        &made.not_taken(),
+        &[
+            "arena.argos:4: <experiment random_seed>: not taken: ",
+            "arena.argos:7: <meander_controller>: not taken: ",
+            "arena.argos:15: <circle>: not taken: its colour is `red`; allowed: black, gray, white",
+            "arena.argos:18: <floor>: not taken: ",
+            "arena.argos:23: <box movable>: not taken: things don't move in Oneiro; it stands there",
+            "arena.argos:24: <box id=\"beam\">: not taken: it is above the floor",
+            "arena.argos:34: <foot-bot>: not taken: Oneiro has no such robot",
+        ],
+    );
+    assert_eq!(made.lists()["not_taken"][0]["lines"][0], 4);
+    assert_eq!(made.text.matches("[[arena.blocks]]").count(), 1, "{}", made.text);
+    // Each line of the list is a comment of the file.
+    for line in made.not_taken().lines() {
+        has(&made.text, &[&format!("# {}", line.replace("not taken: ", ""))]);
+    }
+}
+
+#[test]
+fn thin_boxes_around_a_polygon_are_its_sides() {
+    let boxes: Vec<String> = (0..6)
+        .map(|side| {
+            let angle = 60.0 * f64::from(side);
+            let (sine, cosine) = angle.to_radians().sin_cos();
+            format!(
+                "<box id=\"w{side}\" size=\"0.01,0.75,0.1\" movable=\"false\"><body position=\"{:.4},{:.4},0\" orientation=\"{angle},0,0\"/></box>",
+                0.605 * cosine,
+                0.605 * sine
+            )
+        })
+        .collect();
+    let boxes = boxes.concat();
+    let functions = "<loop_functions><params dist_radius=\"0.5\" number_robots=\"4\"/></loop_functions>";
+    let controllers = "<controllers><automode_controller id=\"a\"><sensors><epuck_light/></sensors><params fsm-config=\"--nstates 1\"/>\
+                       </automode_controller></controllers>";
+    let text = |boxes: &str| {
+        format!(
+            "<argos-configuration>{controllers}{functions}<arena size=\"3,3,1\" center=\"0,0,0\">{boxes}</arena></argos-configuration>"
+        )
+    };
+    let made = good("hexagon.xml", &text(&boxes));
+    has(
+        &made.text,
+        &[
+            "corners_mm = [\n",
+            "[600.0, ",
+            "start_radius_mm = 500.0",
+            "count = 4\n",
+            "preset = \"epuck-rm1.1\"",
+            "model = \"rm1.1-vectors\"",
+            "kind = \"state-machine\"",
+        ],
+    );
+    assert!(!made.text.contains("blocks"), "{}", made.text);
+    has(
+        &made.not_taken(),
+        &["<params fsm-config>: not taken: put it into a text file"],
+    );
+    // With a gap, the boxes are blocks.
+    let open = boxes.split_inclusive("</box>").skip(1).collect::<String>();
+    let made = good("open.xml", &text(&open));
+    assert_eq!(made.text.matches("[[arena.blocks]]").count(), 5);
+    has(&made.text, &["width_mm = 3000.0\n", "its four sides are walls here"]);
+}
+
+#[test]
+fn a_playground_becomes_an_experiment() {
+    let made = good("play.playground", PLAYGROUND);
+    has(
+        &made.text,
+        &[
+            "width_mm = 1200.0\nheight_mm = 805.0\n",
+            "x_mm = 600.0\ny_mm = 400.0\nlength_mm = 300.0\nwidth_mm = 25.0\nheading_deg = 45.0\n",
+            "x_mm = 900.0\ny_mm = 200.0\nradius_mm = 40.0\n",
+            "preset = \"thymio2\"",
+            "kind = \"at\"\nx_mm = 250.0\ny_mm = 400.0\nheading_deg = 90.0\n",
+        ],
+    );
+    has(
+        &made.not_taken(),
+        &[
+            "play.playground:5: <world groundTexture>: not taken: it is a picture",
+            "play.playground:6: <wall color>: not taken: ",
+            "play.playground:7: <cylinder mass>: not taken: ",
+            "play.playground:8: <door>: not taken: Oneiro has no doors",
+        ],
+    );
+    // Two robots are a swarm, in their places.
+    let robot = "<robot type=\"thymio2\" x=\"95\" y=\"60\" angle=\"0\"/>";
+    let two = good(
+        "two.playground",
+        &PLAYGROUND.replace("</aseba", &format!("{robot}</aseba")),
+    );
+    has(
+        &two.text,
+        &["count = 2\n", "starts_mm = [[250.0, 400.0], [950.0, 600.0]]"],
+    );
+    // A start in a wall becomes a random one.
+    let stuck = good("stuck.playground", &PLAYGROUND.replace("x=\"25\"", "x=\"60\""));
+    assert!(!stuck.text.contains("[start]"));
+    has(
+        &stuck.not_taken(),
+        &["the robot's start: not taken: starts are random, since Oneiro refuses these: "],
+    );
+}
+
+#[test]
+fn mazes_become_experiments() {
+    let made = converted("mazes.py", MAZES, Some("bends")).unwrap();
+    assert_eq!(made.text.matches("[[arena.walls]]").count(), 4 + 3, "{}", made.text);
+    has(
+        &made.text,
+        &[
+            "preset = \"kheperax\"",
+            "from_mm = [0.0, 250.0]\nto_mm = [750.0, 250.0]\n",
+            "from_mm = [250.0, 400.0]\nto_mm = [500.0, 450.0]\n",
+        ],
+    );
+    has(
+        &made.not_taken(),
+        &[
+            "mazes.py:10: Segment: not taken: its numbers are not understood",
+            "mazes.py:12: target_pos: not taken: the task has the target, here 900.0, 900.0 mm",
+        ],
+    );
+    assert_eq!(
+        bad("mazes.py", MAZES),
+        "mazes.py: has 2 mazes; allowed: --maze with one of bends, empty"
+    );
+    let other = converted("mazes.py", MAZES, Some("other")).unwrap_err().to_string();
+    assert_eq!(other, "--maze other: is no maze of mazes.py; allowed: bends, empty");
+
+    let made = good("maze.txt", MAZE);
+    assert_eq!(made.text.matches("[[arena.walls]]").count(), 5);
+    has(
+        &made.text,
+        &[
+            "width_mm = 400.0\nheight_mm = 240.0",
+            "x_mm = 60.0\ny_mm = 60.0\nheading_deg = 90.0",
+        ],
+    );
+    has(
+        &made.not_taken(),
+        &["maze.txt:6: the goal: not taken: the task has the goal, here at 300 and 180 mm"],
+    );
+}
+
+#[test]
+fn an_ini_of_evorobotpy_becomes_an_experiment() {
+    let made = good("ErDiscrim.ini", INI);
+    has(
+        &made.text,
+        &[
+            "cycles = 300",
+            "trials = 4",
+            "layers = [{ units = 8 }]",
+            "width_mm = 400.0",
+            "radius_mm = 12.5",
+        ],
+    );
+    has(
+        &made.not_taken(),
+        &[
+            "ErDiscrim.ini:2: khepera-wall.sample, khepera-scylinder.sample: not taken: they are not next to this file",
+            "ErDiscrim.ini:5: [ALGO] maxmsteps: not taken: ",
+            "ErDiscrim.ini:10: [POLICY] bias: not taken: ",
+        ],
+    );
+    // With the sensors' files beside it, these are the robot's.
+    let place = Scratch::new("import-tables");
+    let table = oneiro::tables::SensorTables::khepera();
+    let ini = place.write("ErDiscrim.ini", INI);
+    for (class, table) in ["khepera-wall", "khepera-scylinder"].iter().zip(&table.classes) {
+        let path = place.path().join(format!("{class}.sample"));
+        table.write(&path).unwrap();
+    }
+    let made = import(&ini, None, &place.path().join("made.toml")).unwrap();
+    has(
+        &made.text,
+        &[
+            "tables = [\"khepera-wall.sample\", \"khepera-scylinder.sample\"]",
+            "class = \"khepera-wall\"",
+            "class = \"khepera-scylinder\"",
+        ],
+    );
+}
+
+#[test]
+fn things_for_which_there_is_no_room_are_named() {
+    let walls: Vec<String> = (0..70)
+        .map(|wall| {
+            format!(
+                "<wall x=\"{}\" y=\"{}\" l1=\"2\" l2=\"1\" h=\"5\"/>\n",
+                10 + 10 * (wall % 10),
+                10 + 8 * (wall / 10)
+            )
+        })
+        .collect();
+    let walls = walls.concat();
+    let made = good(
+        "many.playground",
+        &format!("<aseba-playground><world w=\"400\" h=\"300\"/>\n{walls}</aseba-playground>"),
+    );
+    assert_eq!(
+        made.text.matches("[[arena.blocks]]").count(),
+        draft::GREATEST_SHAPES - 4
+    );
+    has(
+        &made.not_taken(),
+        &["many.playground:62: <wall>: not taken: 70 walls, obstacles and blocks; allowed: 64 together"],
+    );
+}
+
+#[test]
+fn wrong_files_are_refused_with_their_place() {
+    let arena = |change: (&str, &str)| {
+        assert!(ARENA.contains(change.0), "{}", change.0);
+        bad("arena.argos", &ARENA.replace(change.0, change.1))
+    };
+    for (change, words) in [
+        (
+            ("4, 4, 1", "4"),
+            "arena.argos:17: <arena size>: is `4`; allowed: 2 numbers, separated by commas",
+        ),
+        (
+            ("4, 4, 1", "4, -4, 1"),
+            "arena.argos:17: <arena size>: is -4 m; allowed: more than 0",
+        ),
+        (
+            ("4, 4, 1", "4, NaN, 1"),
+            "arena.argos:17: <arena size>: is `4, NaN, 1`; allowed: 2 numbers",
+        ),
+        (
+            ("0.3,0.2,0.2\" movable=\"true\"", "-0.3,0.2,0.2\""),
+            "arena.argos:23: <box size>: is -0.3 x 0.2 m; allowed: more than 0",
+        ),
+        (
+            ("radius=\"0.05\"", "radius=\"1e300\""),
+            "arena.argos:25: <cylinder id=\"post\">: its radius is",
+        ),
+        (
+            ("quantity=\"6\"", "quantity=\"6.5\""),
+            "arena.argos:30: <entity quantity>: is 6.5; allowed: a whole number",
+        ),
+        (
+            ("length=\"90\"", "length=\"-1\""),
+            "arena.argos:4: <experiment length>: is -1 s; allowed: 0, or 0.1 to 100000 s",
+        ),
+        (("</arena>", "</arna>"), "is no XML: "),
+        (
+            ("argos-configuration", "svg"),
+            "arena.argos:2: the first element is <svg>; allowed: <argos-configuration>",
+        ),
+    ] {
+        let said = arena(change);
+        assert!(said.contains(words), "{change:?}: {said}");
+    }
+    for (name, text, words) in [
+        (
+            "a.argos",
+            "nothing",
+            "a.argos:1: is not XML; allowed: a file that begins with `<`",
+        ),
+        (
+            "a.csv",
+            "x,y\n",
+            "a.csv: is of no known format; allowed: ARGoS (.argos, .xml), ",
+        ),
+        (
+            "m.txt",
+            "--nstates 1 --s0 1",
+            "m.txt:1: is a controller of AutoMoDe; allowed: ",
+        ),
+        ("m.txt", "1\n5\n", "m.txt:2: ends early; missing: x and y of the start"),
+        (
+            "m.txt",
+            "1\n5 5\n0\n1 2 3\n",
+            "m.txt:4: has 3 numbers; allowed: 4, x and y of both ends of a wall",
+        ),
+        (
+            "m.txt",
+            "1\n5 inf\n",
+            "m.txt:2: `inf` is no number of a maze; allowed: -50000 to 50000",
+        ),
+        (
+            "m.py",
+            "x = 1\n",
+            "m.py:1: has no walls; allowed: mazes of Segment(Pos(X, Y), Pos(X, Y))",
+        ),
+        (
+            "e.ini",
+            "[EXP]\nenvironment = AntBullet\n",
+            "e.ini:2: [EXP] environment: is `AntBullet`, whose",
+        ),
+        ("e.ini", "[EXP]\nenvironment\n", "e.ini:2: is no value; allowed: "),
+        (
+            "p.playground",
+            "<aseba-playground/>",
+            "p.playground:1: has no <world>; allowed: ",
+        ),
+    ] {
+        let said = bad(name, text);
+        assert!(said.starts_with(words), "{said}");
+    }
+    let maze = converted("arena.argos", ARENA, Some("x")).unwrap_err().to_string();
+    assert_eq!(
+        maze,
+        "--maze: arena.argos is ARGoS, with one arena; allowed: with mazes of Kheperax (.py)"
+    );
+}
+
+/// The formats' small files.
+const ALL: [(&str, &str, Option<&str>); 5] = [
+    ("arena.argos", ARENA, None),
+    ("play.playground", PLAYGROUND, None),
+    ("mazes.py", MAZES, Some("bends")),
+    ("maze.txt", MAZE, None),
+    ("ErDiscrim.ini", INI, None),
+];
+
+#[test]
+fn a_byte_order_mark_and_line_ends_of_windows_change_nothing() {
+    for (name, text, maze) in ALL {
+        let plain = converted(name, text, maze).unwrap().text;
+        let windows = format!("\u{feff}{}", text.replace('\n', "\r\n"));
+        assert_eq!(converted(name, &windows, maze).unwrap().text, plain, "{name}");
+    }
+}
+
+/// Whatever is cut off or changed, there is an experiment that Oneiro accepts, or a refusal with exit 3.
+#[test]
+fn broken_files_end_with_a_sentence() {
+    let odd = [
+        "<",
+        "\"",
+        "NaN",
+        "1e400",
+        "-1",
+        "&lol;",
+        "]]>",
+        "99999999999999999999",
+        "((((",
+        "id=\"\"",
+        "0",
+    ];
+    let ends = |name: &str, text: &str, maze: Option<&str>| {
+        if let Err(failure) = converted(name, text, maze) {
+            assert_eq!(failure.code(), 3, "{failure}");
+        }
+    };
+    for (name, text, maze) in ALL {
+        for end in (0..=text.len()).filter(|end| text.is_char_boundary(*end)) {
+            ends(name, &text[..end], maze);
+        }
+        for seed in 0..100 {
+            ends(name, &mutant(text, &odd, seed), maze);
+        }
+    }
+}
+
+#[test]
+fn deep_and_wide_files_end_with_a_sentence() {
+    let deep = "<a>".repeat(100_000);
+    bad("deep.argos", &deep);
+    let closed = format!(
+        "<argos-configuration>{}{}</argos-configuration>",
+        "<a>".repeat(50_000),
+        "</a>".repeat(50_000)
+    );
+    bad("closed.argos", &closed);
+    let inside = closed
+        .replacen("<a>", "<arena size=\"1,1,1\"><a>", 1)
+        .replacen("</argos", "</arena></argos", 1);
+    good("inside.argos", &inside);
+    bad("deep.py", &format!("Segment(Pos({}", "(".repeat(100_000)));
+    bad("lists.py", &format!("x = {}", "[".repeat(100_000)));
+    let laughs = "<!DOCTYPE a [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;\"><!ENTITY c \"&b;&b;&b;&b;&b;&b;&b;&b;\">]>\
+                  <argos-configuration x=\"&c;&c;\"/>";
+    bad("laughs.argos", laughs);
+    // Loops of loops, grids of grids, more walls than anything has.
+    let loops = format!(
+        "ys = [{}]\n{}",
+        "0.5,".repeat(20_000),
+        "Segment(Pos(0, y), Pos(1, y)) for y in ys\n".repeat(10_000)
+    );
+    bad("loops.py", &loops);
+    let some = format!(
+        "Segment(Pos(0, 0), Pos(1, 0))\nys = [{}]\n{}",
+        "0.5,".repeat(9_000),
+        "Segment(Pos(0, y), Pos(1, z)) for y in ys\n".repeat(10_000)
+    );
+    good("some.py", &some);
+    let grid = "<distribute><position method=\"grid\" distances=\"1,1\" layout=\"90,90\"/><entity quantity=\"8000\"><box size=\"1,1,1\"/></entity></distribute>";
+    let grids = format!(
+        "<argos-configuration><arena size=\"9,9,9\">{}</arena></argos-configuration>",
+        grid.repeat(2_000)
+    );
+    bad("grids.argos", &grids);
+    let walls = "<wall x=\"5\" y=\"5\" l1=\"1\" l2=\"1\"/>".repeat(20_000);
+    let many = format!("<aseba-playground><world w=\"120\" h=\"80\"/>{walls}</aseba-playground>");
+    good("wide.playground", &many);
+}
