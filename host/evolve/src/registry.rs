@@ -18,6 +18,8 @@ pub struct Entry {
     pub suits: &'static str,
     /// Where it differs from most others.
     pub(crate) features: &'static [Feature],
+    /// What it makes of given genomes.
+    pub(crate) start: GivenGenomes,
     /// Its default population in words that follow "has"; empty if that is everyone's.
     pub(crate) population: &'static str,
     /// Makes it, before its first generation.
@@ -52,6 +54,7 @@ impl Entry {
             about,
             suits,
             features: &[],
+            start: GivenGenomes::Mean,
             population: "",
             begin,
             complete: |_, _| (),
@@ -64,13 +67,24 @@ impl Entry {
     }
 }
 
+/// What an optimiser makes of the genomes that it is given to begin with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GivenGenomes {
+    /// Nothing, for this reason.
+    None(&'static str),
+    /// Its first samples are drawn around their mean.
+    Mean,
+    /// They are the first individuals; the others are as described.
+    First(&'static str),
+}
+
 /// What an optimiser begins with.
 pub(crate) struct Beginning<'a> {
     pub(crate) settings: &'a Settings,
     pub(crate) seed: u64,
     /// The controller's genes.
     pub(crate) genes: &'a [Gene],
-    /// The first individuals, if they are given.
+    /// The genomes to begin with, if they are given: as many as [`most_given`](super::most_given) at most.
     pub(crate) init: Option<Population>,
 }
 

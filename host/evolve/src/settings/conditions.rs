@@ -10,8 +10,6 @@ use oneiro::world::Gene;
 pub(crate) enum Feature {
     /// It breeds as the genetic algorithm does, by its values.
     Breeds,
-    /// Its first individuals may be given.
-    TakesGenomes,
     /// It does not begin at random genes.
     SetsFirstGenes,
     /// The number of its generations follows from its other values.

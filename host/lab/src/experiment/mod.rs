@@ -257,6 +257,13 @@ impl Experiment {
         &self.inputs
     }
 
+    /// The genomes that its evolution begins with, and their file, if they are given.
+    pub fn init(&self) -> Option<(&Population, &Input)> {
+        let name = self.settings.evolution.init.as_ref()?;
+        let input = self.inputs.iter().find(|input| input.name == *name)?;
+        Some((self.init.as_ref()?, input))
+    }
+
     /// Warnings about its files and its values.
     pub fn warnings(&self) -> &[String] {
         &self.warnings

@@ -3,6 +3,7 @@
 
 mod directories;
 mod done;
+mod extend;
 mod meta;
 mod recorder;
 mod saved;
@@ -13,6 +14,7 @@ mod tests;
 pub use directories::{Directories, RunPlace};
 pub(crate) use done::result_of;
 pub use done::{Done, verify};
+pub use extend::{Budget, Extension, complete};
 pub use meta::{Meta, Session, Status};
 pub use recorder::{Begun, Recorder, Standing, named, standing};
 pub use saved::{SavedRun, State, is_locked};

@@ -575,6 +575,13 @@ impl super::Experiment for Single {
         Ok(Box::new(Evolving::new(self, seed, recording)?.restored(saved)?))
     }
 
+    fn extended(&self, earlier: &dyn super::Experiment, seed: u64, saved: &[u8]) -> Result<Vec<u8>> {
+        let earlier = earlier
+            .single()
+            .ok_or_else(|| Failure::failed("is no run of single robots"))?;
+        job::extended(&self.experiment, earlier, seed, saved)
+    }
+
     fn tables(&self, recording: Recording<'_>) -> Vec<Table> {
         let mut tables = vec![Table {
             file: GENERATIONS,
