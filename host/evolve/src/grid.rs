@@ -14,7 +14,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::OneDraw],
-    start: GivenGenomes::None("its genomes are those of the grid"),
+    start: GivenGenomes::None("all genomes are those of the grid"),
     population: "the combinations of the last genes, at most 10,000",
     complete,
     check,

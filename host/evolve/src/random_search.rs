@@ -12,7 +12,7 @@ const NAME: &str = "random";
 const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
-    start: GivenGenomes::None("all its genomes are random"),
+    start: GivenGenomes::None("all genomes are random"),
     ..Entry::new(
         [
             NAME,

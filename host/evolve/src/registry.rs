@@ -70,7 +70,7 @@ impl Entry {
 /// What an optimiser makes of the genomes that it is given to begin with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GivenGenomes {
-    /// Nothing, for this reason.
+    /// Nothing, for this reason, in words that follow its name.
     None(&'static str),
     /// Its first samples are drawn around their mean.
     Mean,

@@ -328,7 +328,7 @@ impl<'a> Inputs<'a> {
         let name = path.canonicalize().unwrap_or_else(|_| path.clone());
         let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned() + ".json";
         self.add(key, file, Path::new(&name), &content)?;
-        Ok((path.with_file_name(name), content))
+        Ok((path.join("champion.json"), content))
     }
 
     /// Refuses a run's `.npy` file, which names no genes, if the genes of that run are others or in another order.

@@ -937,7 +937,9 @@ fn files_are_inputs_with_hashes() {
 
     let message = refusal(&scratch, &text.replace("population = 4", "population = 2"), &[]);
     assert!(
-        message.contains("test.toml:7:8: evolution.init: genes.npy holds 4 genomes; allowed: as many as"),
+        message.contains(
+            "test.toml:7:8: evolution.init: genes.npy holds 4 genomes; allowed: 1 to 2, evolution.population"
+        ),
         "{message}"
     );
     let message = refusal(&scratch, &text.replace("./round.sam", "wall.sam"), &[]);

@@ -91,7 +91,7 @@ impl Extension {
             ));
         }
         let value = i64::try_from(budget.value()).map_err(|_| refused("is too large"))?;
-        let setting = Setting::at(option.clone(), budget.key(), &value.into());
+        let setting = Setting::at(format!("{option}: {shown}"), budget.key(), &value.into());
         let longer = runs::recorded_with(&run.config(), &[setting])?;
         let [is, was] = [&longer, run.experiment()].map(|own| own.identities().of(run.seed()));
         if is == was {
@@ -103,9 +103,7 @@ impl Extension {
                 Budget::Generations(_) => String::new(),
                 Budget::Episodes(_) => format!("makes {new}, and "),
             };
-            return Err(refused(&format!(
-                "{makes}the run has {old} generations; allowed: more than {old} generations"
-            )));
+            return Err(refused(&format!("{makes}the run has {old} generations; allowed: more")));
         }
         Ok(Some(Self { run, longer, budget }))
     }
