@@ -308,9 +308,9 @@ fn a_run_is_extended() {
         place.good(&["verify", name]);
     }
     // Episodes: 20 individuals of a generation, and those of finalists.
-    run("budget", "evolution.episodes=3000");
-    run("spent", "evolution.episodes=2000");
-    place.good(&["resume", "spent", "--episodes", "3000"]);
+    run("budget", "evolution.episodes=2700");
+    run("spent", "evolution.episodes=2300");
+    place.good(&["resume", "spent", "--episodes", "2700"]);
     place.assert_same_run("budget", "spent");
     // One option or the other, and twice.
     run("twice", "evolution.generations=5");
