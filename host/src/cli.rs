@@ -381,7 +381,7 @@ pub(crate) enum Command {
     Check(Check),
     /// Evolve controllers from one seed or from many
     Run(Run),
-    /// Finish a run that was stopped
+    /// Finish a run that was stopped, or extend a run
     Resume(Resume),
     /// Run many evolutions as one job: a grid of values, many seeds each
     Sweep(Sweep),

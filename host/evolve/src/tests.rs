@@ -305,6 +305,18 @@ fn the_page_lists_all_optimisers() {
         format!("| `\"{name}\"`{default} | {about} | {suits} |\n")
     });
     let written = format!("{before}{HEAD}{}\n{after}", rows.collect::<String>());
+    const GIVEN: &str = "| `kind` | what it makes of given genomes |\n|---|---|\n";
+    let (before, rest) = written.split_once(GIVEN).expect("the table's head");
+    let after = &rest[rest.find("\n- ").expect("the table's end") + 1..];
+    let rows = Kind::entries().map(|Entry { name, start, .. }| {
+        let words = match start {
+            GivenGenomes::None(reason) => format!("refused: {reason}"),
+            GivenGenomes::Mean => "its first samples are drawn around their mean".to_owned(),
+            GivenGenomes::First(others) => format!("they are the first individuals; the others are {others}"),
+        };
+        format!("| `\"{name}\"` | {words} |\n")
+    });
+    let written = format!("{before}{GIVEN}{}\n{after}", rows.collect::<String>());
     if page != written {
         let new = path.with_extension("md.new");
         fs::write(&new, written).unwrap();

@@ -47,7 +47,7 @@ pub fn contents(own: Vec<Entry>, has_inputs: bool) -> Vec<Entry> {
         ));
     }
     all.extend(own);
-    let meta = "provenance, not part of the results: program, devices, times, status, progress, and the best so far";
+    let meta = "provenance, not part of the results: program, devices, times, status, progress, the best so far, origins of files, and extensions";
     let done =
         "written last, when the run is finished: BLAKE3 hashes of each file, of the experiment and of the results";
     all.extend([
