@@ -374,6 +374,19 @@ fn an_extended_run_survives_being_killed() {
     place.good(&extend);
     place.assert_same_run("whole", "killed");
     place.good(&["verify", "killed"]);
+    // What others put there is not moved.
+    #[cfg(unix)]
+    {
+        fs::create_dir(place.at("mine")).unwrap();
+        place.write("mine/thesis.tex", "");
+        std::os::unix::fs::symlink("../mine", place.at("killed/extension")).unwrap();
+        for command in [&extend[..], &["resume", "killed"]] {
+            let refusal = ["killed/extension: is not what `oneiro resume --generations` writes"];
+            place.run(command).exits(3).says(&refusal);
+        }
+        assert!(place.at("mine/thesis.tex").exists());
+        place.good(&["verify", "killed"]);
+    }
 }
 
 /// A new run goes on from another's champion, or from its last generation, and keeps a copy of what it began with.

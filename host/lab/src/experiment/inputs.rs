@@ -441,6 +441,12 @@ fn champion_of(directory: &Path) -> Result<Vec<u8>> {
     if !is_run(directory) && copy.is_file() {
         return files::bytes(&copy);
     }
+    if !is_run(directory) {
+        return Err(Failure::input(format_args!(
+            "{}: is a directory, but no run's; allowed: a file of genomes, or a run's directory",
+            directory.display()
+        )));
+    }
     let run = SingleRun::open(directory)?;
     let (done, champion) = (run.done()?, run.champion()?);
     let names = run.experiment()?.world().gene_layout().names();

@@ -5,7 +5,9 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
+use oneiro_base::console::Console;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
@@ -18,7 +20,6 @@ use crate::engine::checkpoint;
 use crate::engine::log::Log;
 use crate::experiment::source::Setting;
 use crate::runs::{self, Experiment, Recording};
-use oneiro_base::console::Console;
 
 /// The folder of the changed files, before it is complete and since.
 const STAGED: &str = "extension.tmp";
@@ -58,7 +59,7 @@ impl Budget {
 #[derive(Debug)]
 pub struct Extension {
     run: SavedRun,
-    longer: std::sync::Arc<dyn Experiment>,
+    longer: Arc<dyn Experiment>,
     budget: Budget,
 }
 
@@ -116,6 +117,12 @@ impl Extension {
     pub fn make(&self) -> Result<String> {
         let directory = self.run.directory();
         let _lock = disk::try_lock(directory)?.ok_or_else(|| is_busy(directory))?;
+        if SavedRun::open(directory)?.identity() != self.run.identity() {
+            return Err(Failure::input(format_args!(
+                "{}: another process has just changed its budget; allowed: repeat the command",
+                directory.display()
+            )));
+        }
         let staged = directory.join(STAGED);
         remove(&staged)?;
         plain::make_new_directory(&staged).map_err(|error| Failure::storage(&staged, &error))?;
@@ -216,14 +223,22 @@ pub fn complete(directory: &Path) -> Result {
 fn settle(directory: &Path) -> Result {
     let extension = directory.join(EXTENSION);
     let failed = |error| Failure::storage(&extension, &error);
-    let done = directory.join(DONE);
-    if done.symlink_metadata().is_ok() {
-        fs::remove_file(&done).map_err(|error| Failure::storage(&done, &error))?;
-        disk::sync_directory(directory)?;
+    // A run may come from someone else, with a link in this place.
+    if !extension.symlink_metadata().map_err(failed)?.is_dir() {
+        return Err(is_no_extension(&extension));
     }
     let mut names = Vec::new();
     for entry in fs::read_dir(&extension).map_err(failed)? {
-        names.push(entry.map_err(failed)?.file_name());
+        let entry = entry.map_err(failed)?;
+        if !entry.file_type().map_err(failed)?.is_file() {
+            return Err(is_no_extension(&entry.path()));
+        }
+        names.push(entry.file_name());
+    }
+    let done = directory.join(DONE);
+    if !names.is_empty() && done.symlink_metadata().is_ok() {
+        fs::remove_file(&done).map_err(|error| Failure::storage(&done, &error))?;
+        disk::sync_directory(directory)?;
     }
     names.sort_by_key(|name| name == CONFIG);
     for name in names {
@@ -233,7 +248,15 @@ fn settle(directory: &Path) -> Result {
         rename(&extension.join(&name), &directory.join(&name))?;
     }
     disk::sync_directory(directory)?;
-    remove(&extension)
+    remove(&extension)?;
+    disk::sync_directory(directory)
+}
+
+fn is_no_extension(path: &Path) -> Failure {
+    Failure::input(format_args!(
+        "{}: is not what `oneiro resume --generations` writes; allowed: remove it",
+        path.display()
+    ))
 }
 
 fn rename(from: &Path, to: &Path) -> Result {
