@@ -14,8 +14,8 @@ use rand::distr::Distribution as _;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, logarithm, stream};
-use super::registry::{Entry, GivenGenomes};
-use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
+use super::registry::Entry;
+use super::settings::{Checked, Feature, Given, GivenGenomes, Ranges, Settings, Space, Surroundings, refused};
 use super::{Kind, Optimizer, Population, ranked, saved};
 
 /// The version of saved states.

@@ -10,8 +10,8 @@ use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Chance, Stream, below, stream};
-use super::registry::{Beginning, Entry, GivenGenomes, Table};
-use super::settings::{Settings, Space, refused};
+use super::registry::{Beginning, Entry, Table};
+use super::settings::{GivenGenomes, Settings, Space, refused};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, ranked, saved};
 
 const NAME: &str = "differential-evolution";

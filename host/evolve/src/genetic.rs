@@ -7,10 +7,10 @@ use rand::distr::Distribution;
 use rand_pcg::Pcg64;
 
 use super::random::{Chance, Normal, Stream, Uniform, below, stream, unit, unit_of};
-use super::registry::{Entry, GivenGenomes};
+use super::registry::Entry;
 use super::settings::{
-    Crossover, CrossoverKind, Feature, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind, Settings, Space,
-    bounds, breeding, initial_range, kept,
+    Crossover, CrossoverKind, Feature, GivenGenomes, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind,
+    Settings, Space, bounds, breeding, initial_range, kept,
 };
 use super::{Optimizer, Population, saved};
 

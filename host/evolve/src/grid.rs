@@ -5,8 +5,8 @@ use oneiro::parameter::Allowed::Whole;
 use oneiro::parameter::{Parameter, row};
 use serde::{Deserialize, Serialize};
 
-use super::registry::{Entry, GivenGenomes, Table};
-use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
+use super::registry::{Entry, Table};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Ranges, Settings, Space, Surroundings, refused};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, saved};
 
 const NAME: &str = "grid";

@@ -50,8 +50,8 @@ use serde::{Deserialize, Serialize};
 use coevolution::Coevolution;
 use map_elites::Archive;
 use race::Round;
-pub use registry::GivenGenomes;
 use registry::{Beginning, Entry, Table, optimisers};
+pub use settings::GivenGenomes;
 use settings::Settings;
 
 // The registry, in the order of documents and messages.

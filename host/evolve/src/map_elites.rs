@@ -14,8 +14,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
-use super::registry::{Entry, GivenGenomes};
-use super::settings::{Descriptor, Feature, Ranges, Settings, Space};
+use super::registry::Entry;
+use super::settings::{Descriptor, Feature, GivenGenomes, Ranges, Settings, Space};
 use super::{Champion, Finalists, Optimizer, Population, saved};
 use values::Cells as Kind;
 pub use values::{Acceptance, Values};

@@ -8,8 +8,8 @@ use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, stream};
-use super::registry::{Entry, GivenGenomes};
-use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
+use super::registry::Entry;
+use super::settings::{Checked, Feature, Given, GivenGenomes, Ranges, Settings, Space, Surroundings, refused};
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "open-es";

@@ -14,8 +14,8 @@ use oneiro::world::Gene;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
-use super::registry::{Entry, GivenGenomes, Table};
-use super::settings::{Checked, Feature, Given, Settings, Surroundings, refused};
+use super::registry::{Entry, Table};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Settings, Surroundings, refused};
 use super::{Champion, Finalists, Optimizer, Population, saved};
 use sampling::{Candidate, Model};
 

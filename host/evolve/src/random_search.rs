@@ -4,8 +4,8 @@
 use crate::error::Result;
 
 use super::random::{Stream, stream};
-use super::registry::{Entry, GivenGenomes};
-use super::settings::{Ranges, Settings, Space};
+use super::registry::Entry;
+use super::settings::{GivenGenomes, Ranges, Settings, Space};
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "random";

@@ -5,7 +5,7 @@ use oneiro::parameter::Parameter;
 use oneiro::world::Gene;
 
 use super::settings::budget::count_generations;
-use super::settings::{Checked, Feature, Given, Need, Ranges, Settings, Surroundings};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Need, Ranges, Settings, Surroundings};
 use super::{Optimizer, Population};
 
 /// An optimiser's entry in the registry.
@@ -65,17 +65,6 @@ impl Entry {
             spend: |settings, _, _, left| count_generations(settings, left(settings)),
         }
     }
-}
-
-/// What an optimiser makes of the genomes that it is given to begin with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GivenGenomes {
-    /// Nothing, for this reason, in words that follow its name.
-    None(&'static str),
-    /// Its first samples are drawn around their mean.
-    Mean,
-    /// They are the first individuals; the others are as described.
-    First(&'static str),
 }
 
 /// What an optimiser begins with.

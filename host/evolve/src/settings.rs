@@ -15,12 +15,11 @@ use serde::Serialize;
 
 use super::Population;
 use super::random::Uniform;
-use super::registry::GivenGenomes;
 pub use super::{Kind, Tables};
 pub use breeding::{Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Selection, SelectionKind};
 pub use budget::{Course, Episodes, MOST_GENERATIONS};
 pub(crate) use conditions::{Checked, Feature, Given, refused};
-pub use conditions::{Need, Surroundings};
+pub use conditions::{GivenGenomes, Need, Surroundings};
 pub use descriptors::Descriptor;
 pub use strategy::Strategy;
 

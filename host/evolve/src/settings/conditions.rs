@@ -30,6 +30,17 @@ pub(crate) enum Feature {
     OneDraw,
 }
 
+/// The use that an optimiser has for given genomes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GivenGenomes {
+    /// Nothing, for this reason, in words that follow its name.
+    None(&'static str),
+    /// Its first samples are drawn around their mean.
+    Mean,
+    /// They are the first individuals; the others are as described.
+    First(&'static str),
+}
+
 /// What defaults may depend on.
 #[derive(Clone, Copy)]
 pub(crate) struct Given {

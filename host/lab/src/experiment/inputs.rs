@@ -17,7 +17,8 @@ use oneiro_base::files;
 use oneiro_evolve as evolve;
 use oneiro_evolve::{Population, settings as evolution};
 
-use super::kinds::is_run;
+use super::champions;
+use super::kinds::{CHAMPION_GENES, is_run};
 use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings, surrogate};
 use super::source::Source;
 use crate::engine::handle::Engine;
@@ -25,7 +26,6 @@ use crate::genomes;
 use crate::reality::Object;
 use crate::reality::sampling::{self, Samples};
 use crate::reality::site::{SEVERITY, Site};
-use crate::record::SingleRun;
 
 /// Directory of a run's copies.
 pub const DIRECTORY: &str = "inputs";
@@ -320,15 +320,15 @@ impl<'a> Inputs<'a> {
             self.check_order(key, &path, layout)?;
             return self.take(key, file);
         }
-        let read = |path: &PathBuf| champion_of(path).map(Content::new);
+        let read = |path: &PathBuf| champions::read(path).map(Content::new);
         let content =
             known(&self.files.contents, path.clone(), read).map_err(|failure| self.source.invalid(key, failure))?;
-        let copy = Path::new(file).join(COPIED_CHAMPION);
+        let copy = Path::new(file).join(champions::COPY);
         self.note_named(key, &copy.to_string_lossy(), &content);
         let name = path.canonicalize().unwrap_or_else(|_| path.clone());
         let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned() + ".json";
         self.add(key, file, Path::new(&name), &content)?;
-        Ok((path.join("champion.json"), content))
+        Ok((path.join(CHAMPION_GENES).with_extension("json"), content))
     }
 
     /// Refuses a run's `.npy` file, which names no genes, if the genes of that run are others or in another order.
@@ -339,11 +339,10 @@ impl<'a> Inputs<'a> {
             return Ok(());
         };
         // Another program's config.toml says nothing about the file.
-        let Ok(run) = SingleRun::open(folder) else {
+        let Ok(of_run) = champions::layout(folder) else {
             return Ok(());
         };
-        let order = genomes::check_names(path, run.experiment()?.world().gene_layout(), layout)
-            .map_err(|failure| self.source.invalid(key, failure))?;
+        let order = genomes::check_names(path, &of_run, layout).map_err(|failure| self.source.invalid(key, failure))?;
         if order.iter().copied().eq(0..layout.genes()) {
             return Ok(());
         }
@@ -430,27 +429,6 @@ impl<'a> Inputs<'a> {
     fn refused(&self, key: &str, error: tables::Error) -> Failure {
         self.source.invalid(key, error)
     }
-}
-
-/// A run's champion, in the directory of that name among the copies of a sweep.
-const COPIED_CHAMPION: &str = "genome.json";
-
-/// A file with the champion of a finished run and the names of its genes, given the run's directory or a sweep's copy of it.
-fn champion_of(directory: &Path) -> Result<Vec<u8>> {
-    let copy = directory.join(COPIED_CHAMPION);
-    if !is_run(directory) && copy.is_file() {
-        return files::bytes(&copy);
-    }
-    if !is_run(directory) {
-        return Err(Failure::input(format_args!(
-            "{}: is a directory, but no run's; allowed: a file of genomes, or a run's directory",
-            directory.display()
-        )));
-    }
-    let run = SingleRun::open(directory)?;
-    let (done, champion) = (run.done()?, run.champion()?);
-    let names = run.experiment()?.world().gene_layout().names();
-    Ok(genomes::json(&champion.genome, &names, &done.result))
 }
 
 /// Name of a surrogate's motor table.

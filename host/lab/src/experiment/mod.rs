@@ -1,6 +1,7 @@
 //! An experiment: a run's complete configuration except its seed, from one TOML file.
 
 mod budget;
+mod champions;
 mod check;
 pub(crate) mod degrees;
 pub mod examples;

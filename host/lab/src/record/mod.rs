@@ -21,7 +21,7 @@ pub use saved::{SavedRun, State, is_locked};
 pub use single::SingleRun;
 
 use crate::experiment::INPUTS;
-use crate::experiment::kinds::CONFIG;
+use crate::experiment::kinds::{CONFIG, DONE};
 use oneiro_base::contents::Entry;
 use oneiro_base::disk::LOCK;
 use oneiro_base::files::directory::Form;
@@ -34,7 +34,6 @@ pub const FORM: Form<'_> = Form {
 };
 
 const META: &str = "meta.json";
-const DONE: &str = "DONE";
 
 /// The files of a run's directory: those of its kind, among those that every run has.
 pub fn contents(own: Vec<Entry>, has_inputs: bool) -> Vec<Entry> {

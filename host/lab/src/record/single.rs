@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::{Champion, Population};
 
-use super::{Done, SavedRun};
+use super::SavedRun;
 use crate::experiment::Experiment;
 use crate::runs::single;
 
@@ -58,16 +58,6 @@ impl SingleRun {
     /// Exit 1 if the run isn't finished, exit 5 if the files aren't what was written.
     pub fn champion(&self) -> Result<Champion> {
         single::champion(&self.0.finished()?, self.experiment()?)
-    }
-
-    /// The record that it is finished, whose results are as they were written.
-    ///
-    /// # Errors
-    /// Exit 1 if the run isn't finished, exit 5 if its configuration or a result was changed since.
-    pub fn done(&self) -> Result<Done> {
-        self.0.finished()?;
-        let done = self.0.done()?;
-        done.ok_or_else(|| Failure::failed(format_args!("{}: is not finished", self.directory().display())))
     }
 
     /// The champion, the luckiest individual if there are finalists, and the last generation or every individual; each
