@@ -418,7 +418,7 @@ fn a_run_begins_with_genomes_of_another() {
         assert_eq!(copy["result"], place.hash("first"));
         let input = &place.json(kind, "meta.json")["inputs"][0];
         assert_eq!(
-            (&input["file"], &input["named"]),
+            (&input["file"], &input["from"]),
             (&"inputs/first.json".into(), &"first".into())
         );
         assert_eq!(

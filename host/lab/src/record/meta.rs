@@ -30,7 +30,7 @@ pub struct Meta {
     pub budget: Option<String>,
     /// Files that the experiment names, and where they were.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) inputs: Vec<Named>,
+    pub(crate) inputs: Vec<Origin>,
     /// Extensions of the run, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) extended: Vec<Extended>,
@@ -40,13 +40,13 @@ pub struct Meta {
     pub(crate) sessions: Vec<Session>,
 }
 
-/// A file that an experiment names.
+/// Where a file of the run was.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Named {
+pub(crate) struct Origin {
     /// The copy in the run's directory.
     file: String,
     /// The name in the experiment.
-    named: String,
+    from: String,
     /// BLAKE3 hash of the content.
     blake3: String,
 }
@@ -120,11 +120,11 @@ impl Session {
     }
 }
 
-impl Named {
+impl Origin {
     fn of(input: &Input) -> Self {
         Self {
             file: input.name.clone(),
-            named: input.named.clone(),
+            from: input.named.clone(),
             blake3: input.content.hash.clone(),
         }
     }
@@ -140,7 +140,7 @@ impl Meta {
             status: Status::Running,
             generation: 0,
             generations: own.length(),
-            inputs: own.inputs().iter().map(Named::of).collect(),
+            inputs: own.inputs().iter().map(Origin::of).collect(),
             extended: Vec::new(),
             best: None,
             sessions: Vec::new(),
