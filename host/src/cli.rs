@@ -383,7 +383,7 @@ pub(crate) enum Command {
     Check(Check),
     /// Evolve controllers from one seed or from many
     Run(Run),
-    /// Finish a run that was stopped
+    /// Finish a run that was stopped, or extend a run
     Resume(Resume),
     /// Run many evolutions as one job: a grid of values, many seeds each
     Sweep(Sweep),
@@ -547,6 +547,12 @@ pub(crate) struct Resume {
     /// The run: its directory, its name in runs/ or the beginning of that; or a directory of runs [default: the newest run]
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) run_dir: Option<PathBuf>,
+    /// Extend the run, finished or not, to N generations in all
+    #[arg(long, value_name = "N", conflicts_with = "episodes", value_parser = whole::<u32>(1..=1_000_000))]
+    pub(crate) generations: Option<u32>,
+    /// Extend the run, finished or not, to the generations that N episodes make
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000_000_000))]
+    pub(crate) episodes: Option<u64>,
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,

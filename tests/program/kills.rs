@@ -52,6 +52,7 @@ const CASES: [Case; 34] = [
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
     Case::new("resume", "WORK/stopped"),
+    Case::new("resume", "WORK/done --generations 9"),
     Case::new("sweep run", "sweep.toml --out WORK/out --checkpoint-every 0.001s"),
     Case::new("sweep merge", "swept --out WORK/out"),
     Case::new("sweep report", "WORK/swept"),
@@ -305,7 +306,10 @@ impl Bench {
     fn ends(&self, case: &Case, words: &[String], expected: &Files, when: &str) {
         let output = self.command(words).output().unwrap();
         self.has_ended(case, words, &output, expected, when);
-        let own = if case.command == "resume" { "stopped" } else { "out" };
+        let own = match case.command {
+            "resume" => words[1].rsplit('/').next().unwrap(),
+            _ => "out",
+        };
         if self.work.join(own).join("config.toml").exists() {
             self.states(own, true);
         }

@@ -275,6 +275,212 @@ fn a_run_survives_being_killed() {
     place.assert_same_run("whole", "killed");
 }
 
+/// A run that gets a larger budget is, file by file, the run that had it from the start.
+#[test]
+fn a_run_is_extended() {
+    let place = Place::with_experiment("extend-run", EXPERIMENT);
+    let run = |out: &str, set: &str| {
+        place.good(&["run", "small.toml", "--seed", "4", "--out", out, "--set", set]);
+    };
+    run("whole", "evolution.generations=30");
+    // Finished with checkpoints and without any.
+    for (name, generations, from) in [("long", 11, 8), ("short", 3, 0)] {
+        run(name, &format!("evolution.generations={generations}"));
+        let before = place.hash(name);
+        place.good(&["resume", name, "--generations", "30"]);
+        place.assert_same_run("whole", name);
+        place.good(&["verify", name]);
+        place.good(&["verify", "--recompute", name]);
+        place.good(&["replay", name]);
+        let meta = place.json(name, "meta.json");
+        let extended = &meta["extended"][0];
+        assert_eq!(extended["result"], before);
+        assert_eq!(extended["generations"], serde_json::json!([generations, 30]));
+        assert_eq!(extended["from_generation"], from);
+        assert_eq!((&meta["generations"], &meta["status"]), (&30.into(), &"done".into()));
+        // The same again does nothing; a run is not shortened.
+        place.good(&["resume", name, "--generations", "30"]);
+        assert_eq!(place.json(name, "meta.json"), meta);
+        place
+            .run(&["resume", name, "--generations", "20"])
+            .exits(3)
+            .says(&["--generations 20", "has 30 generations; allowed: more"]);
+        place.good(&["verify", name]);
+    }
+    // Episodes: 20 individuals of a generation, and those of finalists.
+    run("budget", "evolution.episodes=2700");
+    run("spent", "evolution.episodes=2300");
+    place.good(&["resume", "spent", "--episodes", "2700"]);
+    place.assert_same_run("budget", "spent");
+    // One option or the other, and twice.
+    run("twice", "evolution.generations=5");
+    place.good(&["resume", "twice", "--generations", "9"]);
+    place.good(&["resume", "twice", "--generations", "30"]);
+    place.assert_same_run("whole", "twice");
+    place
+        .run(&["resume", "twice", "--generations", "40", "--episodes", "1"])
+        .exits(2);
+    // A race plans its episodes from the budget.
+    place.good(&[
+        "run",
+        "small.toml",
+        "--seed",
+        "4",
+        "--out",
+        "race",
+        "--set",
+        "evolution.kind=race",
+        "--set",
+        "evolution.race.lives=400",
+    ]);
+    place
+        .run(&["resume", "race", "--episodes", "5000"])
+        .exits(3)
+        .says(&["race: its optimiser, race, plans all its episodes from the budget"]);
+    place.good(&["verify", "race"]);
+}
+
+/// Killed at any moment, an extended run ends with the same results.
+#[test]
+fn an_extended_run_survives_being_killed() {
+    let place = Place::with_experiment("extend-kill", EXPERIMENT);
+    let run = |out: &str, generations: &str| {
+        let set = format!("evolution.generations={generations}");
+        place.good(&["run", "small.toml", "--seed", "9", "--out", out, "--set", &set]);
+    };
+    run("whole", "60");
+    run("killed", "20");
+    let extend = ["resume", "killed", "--generations", "60"];
+    let mut kills = 0;
+    for step in 0..40 {
+        let mut child = place.start(&extend);
+        thread::sleep(Duration::from_millis(2 + 3 * step));
+        if child.try_wait().unwrap().is_none() {
+            child.kill().unwrap();
+            kills += 1;
+        }
+        child.wait().unwrap();
+        // Without the option, what is there is finished: the earlier run or the extended one.
+        if step % 4 == 3 {
+            place.good(&["resume", "killed"]);
+            let generations = place.text("killed/generations.csv").lines().count() - 1;
+            assert!([20, 60].contains(&generations), "{generations}");
+            place.good(&["verify", "killed"]);
+            fs::remove_dir_all(place.at("killed")).unwrap();
+            run("killed", "20");
+        }
+    }
+    assert!(kills > 0);
+    place.good(&extend);
+    place.assert_same_run("whole", "killed");
+    place.good(&["verify", "killed"]);
+    // What others put there is not moved.
+    #[cfg(unix)]
+    {
+        fs::create_dir(place.at("mine")).unwrap();
+        place.write("mine/thesis.tex", "");
+        std::os::unix::fs::symlink("../mine", place.at("killed/extension")).unwrap();
+        for command in [&extend[..], &["resume", "killed"]] {
+            let refusal = ["killed/extension: is not what `oneiro resume --generations` writes"];
+            place.run(command).exits(3).says(&refusal);
+        }
+        assert!(place.at("mine/thesis.tex").exists());
+        place.good(&["verify", "killed"]);
+    }
+}
+
+/// A new run goes on from another's champion, or from its last generation, and keeps a copy of what it began with.
+#[test]
+fn a_run_begins_with_genomes_of_another() {
+    let place = Place::with_experiment("warm", EXPERIMENT);
+    place.good(&["run", "small.toml", "--seed", "1", "--out", "first"]);
+    let run = |out: &str, more: &[&str]| {
+        let run = [
+            "run",
+            "small.toml",
+            "--seed",
+            "2",
+            "--out",
+            out,
+            "--set",
+            "evolution.generations=5",
+        ];
+        place.good(&[&run[..], more].concat());
+    };
+    let init = "evolution.init=first";
+    for kind in ["genetic", "cma-es", "sep-cma-es", "open-es", "differential-evolution"] {
+        let set = format!("evolution.kind={kind}");
+        run(kind, &["--set", &set, "--set", init]);
+        place.good(&["verify", kind]);
+        place.good(&["verify", "--recompute", kind]);
+        let copy = place.json(kind, "inputs/first.json");
+        assert_eq!(copy["genome"], place.json("first", "champion.json")["genome"]);
+        assert_eq!(copy["result"], place.hash("first"));
+        let input = &place.json(kind, "meta.json")["inputs"][0];
+        assert_eq!(
+            (&input["file"], &input["from"]),
+            (&"inputs/first.json".into(), &"first".into())
+        );
+        assert_eq!(
+            input["blake3"],
+            blake3::hash(&place.read(format!("{kind}/inputs/first.json")))
+                .to_hex()
+                .as_str()
+        );
+        // Its copy alone makes it again.
+        place.good(&["run", &format!("{kind}/config.toml"), "--out", &format!("{kind}-again")]);
+        assert_eq!(place.hash(kind), place.hash(&format!("{kind}-again")));
+        place.good(&["resume", kind, "--generations", "7"]);
+        place.good(&["verify", kind]);
+    }
+    run("last", &["--set", "evolution.init=first/population.npy"]);
+    let (last, individuals) = (place.read("first/population.npy"), place.read("last/individuals.npy"));
+    assert_eq!(
+        last[last.len() - 4 * 20 * 18..][..72],
+        individuals[individuals.len() - 4 * 5 * 20 * 19..][..72]
+    );
+    place.run(&["check", "small.toml", "--set", init]).exits(0).says(&[]);
+    let shown = place.good(&["check", "small.toml", "--set", init]);
+    assert!(
+        shown.contains("begins with 1 genome of first: the first individuals; the others are mutated copies"),
+        "{shown}"
+    );
+
+    // Refusals: no effect, other genes, a run that is not finished, one that was changed.
+    let refused = |more: &[&str], words: &[&str]| {
+        place
+            .run(&[&["check", "small.toml"][..], more].concat())
+            .exits(3)
+            .says(words);
+    };
+    refused(
+        &["--set", init, "--set", "evolution.kind=random"],
+        &["evolution.init: is given, but with random all genomes are random; allowed: only with kind = \"genetic\""],
+    );
+    refused(
+        &["--set", init, "--set", "controller.kind=recurrent"],
+        &["first/champion.json: has genomes of 18 genes with other names"],
+    );
+    refused(
+        &[
+            "--set",
+            "evolution.init=first/population.npy",
+            "--set",
+            "evolution.population=10",
+            "--set",
+            "evolution.parents=5",
+        ],
+        &["first/population.npy holds 20 genomes; allowed: 1 to 10, evolution.population"],
+    );
+    fs::remove_file(place.at("first/DONE")).unwrap();
+    refused(&["--set", init], &["first: is not finished"]);
+    place.write("genetic/inputs/first.json", "{\"genome\": []}");
+    place
+        .run(&["verify", "genetic"])
+        .exits(3)
+        .says(&["inputs/first.json has changed"]);
+}
+
 /// Of two processes on one run, only one works.
 #[test]
 fn a_run_has_one_writer() {

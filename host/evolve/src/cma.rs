@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, logarithm, stream};
 use super::registry::Entry;
-use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Ranges, Settings, Space, Surroundings, refused};
 use super::{Kind, Optimizer, Population, ranked, saved};
 
 /// The version of saved states.
@@ -49,11 +49,17 @@ pub(crate) const DIAGONAL: Entry = entry([
 const fn entry(words: [&'static str; 3]) -> Entry {
     Entry {
         features: &[Feature::AdaptsCovariances, Feature::SetsFirstGenes],
+        start: GivenGenomes::Mean,
         population: "4 + 3 ln(genes), rounded down",
         complete,
         check,
         ..Entry::new(words, |beginning| {
-            Box::new(Cma::new(beginning.settings, beginning.seed, &beginning.ranges()))
+            Box::new(Cma::new(
+                beginning.settings,
+                beginning.seed,
+                &beginning.ranges(),
+                beginning.init.as_ref(),
+            ))
         })
     }
 }
@@ -352,7 +358,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// A strategy at one generation.
 #[derive(Clone, Debug)]
 pub(super) struct Cma {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     size: usize,
     /// The first step size.
     sigma: f64,
@@ -377,16 +383,20 @@ struct CmaState {
 }
 
 impl Cma {
-    /// Begins in the middle of the initial range.
-    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+    /// Begins in the middle of the initial range, or at the mean of given genomes.
+    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges, init: Option<&Population>) -> Self {
         let space = Space::new(settings, ranges);
         let is_full = settings.kind == Kind::CmaEs;
         let genes = space.len();
         let size = settings.population as usize;
         let sigma = settings.strategy.sigma.unwrap_or_default();
-        let distribution = Distribution::new(vec![0.0; genes], sigma, is_full);
+        let mean = match init {
+            None => vec![0.0; genes],
+            Some(given) => space.mean(given),
+        };
+        let distribution = Distribution::new(mean, sigma, is_full);
         let mut strategy = Self {
-            owner: saved::owner(settings, seed, ranges),
+            owner: saved::Owner::new(settings, seed, ranges),
             size,
             sigma,
             has_restarts: settings.strategy.restarts,
@@ -556,6 +566,10 @@ impl Optimizer for Cma {
         self.step(fitness, ranking);
         self.sample();
         evaluated
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
     }
 
     fn save(&self) -> Vec<u8> {

@@ -11,7 +11,7 @@ use oneiro::world::Gene;
 use rand::Rng;
 use serde::Serialize;
 
-use super::genetic::Genetic;
+use super::genetic::{FROM_MUTANTS, Genetic};
 use super::random::{Stream, shuffled, stream};
 use super::registry::{Entry, Table};
 use super::settings::{Checked, Feature, Need, Ranges, Settings, Shares, Surroundings, breeding, refused};
@@ -21,12 +21,8 @@ const NAME: &str = "coevolution";
 const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
-    features: &[
-        Feature::Breeds,
-        Feature::TakesGenomes,
-        Feature::TwoPopulations,
-        Feature::Unrecorded,
-    ],
+    features: &[Feature::Breeds, Feature::TwoPopulations, Feature::Unrecorded],
+    start: FROM_MUTANTS,
     check,
     needs,
     ..Entry::new(
@@ -153,7 +149,7 @@ fn needs(settings: &Settings) -> Vec<Need> {
 /// Both populations at one generation.
 #[derive(Clone, Debug)]
 pub struct Coevolution {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     seed: u64,
     opponents: Values,
     sides: [Side; 2],
@@ -178,7 +174,7 @@ pub struct Scores {
 }
 
 impl Coevolution {
-    /// Starts from random genes, or from those given, whose genomes are a first and a second individual each.
+    /// Starts from random genes, or from given genomes, which are a first and a second individual each.
     fn new(settings: &Settings, seed: u64, genes: &[Gene], init: Option<&Population>) -> Self {
         let ranges: Ranges = genes.iter().map(|gene| gene.range).collect();
         let split = settings.tables.opponents.split(genes).unwrap_or(1);
@@ -198,7 +194,7 @@ impl Coevolution {
         };
         let second = stream(seed, Stream::SecondPopulation, 0).next_u64();
         let mut coevolution = Self {
-            owner: saved::owner(settings, seed, &ranges),
+            owner: saved::Owner::new(settings, seed, &ranges),
             seed,
             opponents: settings.tables.opponents.clone(),
             sides: [side(0, split, seed), side(split, genes.len(), second)],
@@ -327,6 +323,13 @@ impl Optimizer for Coevolution {
         let evaluated = self.contests.clone();
         self.meet();
         evaluated
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
+        for side in &mut self.sides {
+            side.evolution.set_generations(generations);
+        }
     }
 
     fn save(&self) -> Vec<u8> {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Chance, Stream, below, stream};
 use super::registry::{Beginning, Entry, Table};
-use super::settings::{Feature, Settings, Space, refused};
+use super::settings::{GivenGenomes, Settings, Space, refused};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, ranked, saved};
 
 const NAME: &str = "differential-evolution";
@@ -21,7 +21,8 @@ const VERSION: u32 = 1;
 const LEAST_POPULATION: u32 = 4;
 
 pub(crate) const ENTRY: Entry = Entry {
-    features: &[Feature::TakesGenomes],
+    // Its steps are differences: copies would have none.
+    start: GivenGenomes::First("random"),
     check: |settings, _| match settings.population {
         LEAST_POPULATION.. => Ok(()),
         few => refused(
@@ -91,7 +92,7 @@ impl Choice for Strategy {
 /// The algorithm at one generation.
 #[derive(Clone, Debug)]
 struct DifferentialEvolution {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     values: Values,
     seed: u64,
     space: Space,
@@ -111,7 +112,7 @@ struct Members {
 }
 
 impl DifferentialEvolution {
-    /// Begins at random genes, or at given ones.
+    /// Begins at random genomes, the first of which may be given.
     fn new(beginning: Beginning<'_>) -> Self {
         let ranges = beginning.ranges();
         let Beginning {
@@ -119,8 +120,11 @@ impl DifferentialEvolution {
         } = beginning;
         let space = Space::new(settings, &ranges);
         let mut random = stream(seed, Stream::InitialGenes, 0);
-        let drawn = || Population::new(space.len(), space.drawn(settings.population, &mut random));
-        let population = init.unwrap_or_else(drawn);
+        let mut genes = space.drawn(settings.population, &mut random);
+        if let Some(given) = init {
+            genes[..given.values().len()].copy_from_slice(given.values());
+        }
+        let population = Population::new(space.len(), genes);
         let members = Members {
             generation: 0,
             genes: population.values().to_vec(),
@@ -128,7 +132,7 @@ impl DifferentialEvolution {
             generations: Vec::new(),
         };
         Self {
-            owner: saved::owner(settings, seed, &ranges),
+            owner: saved::Owner::new(settings, seed, &ranges),
             values: settings.tables.differential.clone(),
             seed,
             space,
@@ -231,6 +235,10 @@ impl Optimizer for DifferentialEvolution {
         members.generation += 1;
         let next = self.asked();
         std::mem::replace(&mut self.population, next)
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
     }
 
     fn save(&self) -> Vec<u8> {

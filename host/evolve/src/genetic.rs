@@ -9,8 +9,8 @@ use rand_pcg::Pcg64;
 use super::random::{Chance, Normal, Stream, Uniform, below, stream, unit, unit_of};
 use super::registry::Entry;
 use super::settings::{
-    Crossover, CrossoverKind, Feature, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind, Settings, Space,
-    bounds, breeding, initial_range, kept,
+    Crossover, CrossoverKind, Feature, GivenGenomes, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind,
+    Settings, Space, bounds, breeding, initial_range, kept,
 };
 use super::{Optimizer, Population, saved};
 
@@ -18,8 +18,12 @@ use super::{Optimizer, Population, saved};
 const NAME: &str = "genetic";
 const VERSION: u32 = 1;
 
+/// What it makes of given genomes: it copies and mutates them.
+pub(crate) const FROM_MUTANTS: GivenGenomes = GivenGenomes::First("mutated copies of them");
+
 pub(crate) const ENTRY: Entry = Entry {
-    features: &[Feature::Breeds, Feature::TakesGenomes],
+    features: &[Feature::Breeds],
+    start: FROM_MUTANTS,
     check: |settings, _| breeding::check(settings),
     ..Entry::new(
         [
@@ -49,13 +53,37 @@ pub struct Genetic {
 }
 
 impl Genetic {
-    /// Starts from random genes, one for each of `ranges`, or from those given: as many individuals as the settings say.
+    /// Starts from random genes, one for each of `ranges`, or from given genomes, at most as many as the settings' individuals: these are
+    /// the first individuals, and the others are mutated copies of them.
     pub fn new(settings: &Settings, seed: u64, ranges: Ranges, init: Option<Population>) -> Self {
-        let population = init.unwrap_or_else(|| initial(settings, seed, &ranges));
-        Self {
+        let mut genetic = Self {
+            settings: settings.clone(),
+            seed,
+            generation: 0,
+            population: Population::new(ranges.len(), Vec::new()),
             ranges,
-            ..Self::at(settings, seed, 0, population)
-        }
+        };
+        genetic.population = match init {
+            None => initial(settings, seed, &genetic.ranges),
+            Some(given) => genetic.filled(&given),
+        };
+        genetic
+    }
+
+    /// Given genomes, and mutated copies of them up to a whole population.
+    fn filled(&self, given: &Population) -> Population {
+        let individuals = 0..self.settings.population as usize;
+        let genomes = individuals.flat_map(|individual| given.genome(individual % given.len()));
+        let mut values: Vec<f32> = genomes.copied().collect();
+        let mut random = stream(self.seed, Stream::Mutation, 0);
+        self.mutate(&mut values[given.values().len()..], &self.changes(), &mut random);
+        Population::new(given.genes(), values)
+    }
+
+    /// How each gene of a genome changes.
+    fn changes(&self) -> Vec<Change> {
+        let of = |&range: &_| Change::of(&self.settings, range);
+        self.ranges.iter().map(of).collect()
     }
 
     /// Starts from a generation of this number, of genes without separate ranges.
@@ -71,8 +99,8 @@ impl Genetic {
     }
 
     /// Hash of everything that decides its results besides fitness.
-    fn owner(&self) -> blake3::Hash {
-        saved::owner(&self.settings, self.seed, &self.ranges)
+    fn owner(&self) -> saved::Owner {
+        saved::Owner::new(&self.settings, self.seed, &self.ranges)
     }
 
     /// Breeds the next generation. With truncation it has equally many copies of each parent, the best parent's first, and the
@@ -89,11 +117,7 @@ impl Genetic {
         if self.settings.crossover.kind != CrossoverKind::None {
             self.cross(&mut values, &parents);
         }
-        let changes: Vec<Change> = self
-            .ranges
-            .iter()
-            .map(|&range| Change::of(&self.settings, range))
-            .collect();
+        let changes = self.changes();
         // Families of the elite, whose first child is unchanged.
         let (families, family) = match self.settings.selection.kind {
             SelectionKind::Truncation => (elite, population / self.settings.parents),
@@ -483,6 +507,10 @@ impl Optimizer for Genetic {
         let next = self.bred(ranking, fitness);
         self.generation += 1;
         std::mem::replace(&mut self.population, next)
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.settings.generations = generations;
     }
 
     fn save(&self) -> Vec<u8> {

@@ -6,7 +6,7 @@ use oneiro::parameter::{Parameter, row};
 use serde::{Deserialize, Serialize};
 
 use super::registry::{Entry, Table};
-use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Ranges, Settings, Space, Surroundings, refused};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, saved};
 
 const NAME: &str = "grid";
@@ -14,6 +14,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::OneDraw],
+    start: GivenGenomes::None("all genomes are those of the grid"),
     population: "the combinations of the last genes, at most 10,000",
     complete,
     check,
@@ -116,7 +117,7 @@ fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
 /// The search at one generation. The last gene varies fastest.
 #[derive(Clone, Debug)]
 struct Grid {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     size: u32,
     levels: u32,
     space: Space,
@@ -135,7 +136,7 @@ impl Grid {
     fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
         let space = Space::new(settings, ranges);
         let mut grid = Self {
-            owner: saved::owner(settings, seed, ranges),
+            owner: saved::Owner::new(settings, seed, ranges),
             size: settings.population,
             levels: settings.tables.grid.levels,
             population: Population::new(space.len(), Vec::new()),
@@ -213,6 +214,10 @@ impl Optimizer for Grid {
         let evaluated = self.population.clone();
         self.populate();
         evaluated
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
     }
 
     fn save(&self) -> Vec<u8> {

@@ -51,6 +51,7 @@ use coevolution::Coevolution;
 use map_elites::Archive;
 use race::Round;
 use registry::{Beginning, Entry, Table, optimisers};
+pub use settings::GivenGenomes;
 use settings::Settings;
 
 // The registry, in the order of documents and messages.
@@ -255,6 +256,10 @@ pub trait Optimizer: Debug + Send + Sync {
     /// `ranking` is that of [`ranked`].
     fn advance(&mut self, fitness: &[f32], ranking: &[u32], behaviour: &[f64]) -> Population;
 
+    /// Changes how many generations the experiment of its saved states has. Where its course depends on that number
+    /// ([`Settings::is_open_ended`] is false), the results are not those of an evolution that had the number from the start.
+    fn set_generations(&mut self, generations: u32);
+
     /// Its whole state, sealed with its name, version and a hash of its settings.
     fn save(&self) -> Vec<u8>;
 
@@ -265,8 +270,8 @@ pub trait Optimizer: Debug + Send + Sync {
     fn restore(&mut self, saved: &[u8]) -> Result;
 }
 
-/// The optimiser that an experiment chooses, before its first generation; `genes` are the controller's, and `init` the first
-/// individuals, if they are given.
+/// The optimiser that an experiment chooses, before its first generation; `genes` are the controller's, and `init` the genomes to
+/// begin with, if they are given.
 pub fn optimizer(settings: &Settings, seed: u64, genes: &[Gene], init: Option<Population>) -> Box<dyn Optimizer> {
     (settings.kind.entry().begin)(Beginning {
         settings,
@@ -274,6 +279,22 @@ pub fn optimizer(settings: &Settings, seed: u64, genes: &[Gene], init: Option<Po
         genes,
         init,
     })
+}
+
+/// What an optimiser makes of given genomes.
+pub fn given_genomes(settings: &Settings) -> GivenGenomes {
+    settings.kind.entry().start
+}
+
+/// How many genomes an optimiser may be given to begin with; `None`: any number.
+pub fn most_given(settings: &Settings, genes: &[Gene]) -> Option<usize> {
+    match (settings.kind, settings.kind.entry().start) {
+        (_, GivenGenomes::None(_)) => Some(0),
+        (_, GivenGenomes::Mean) => None,
+        // The first race may have fewer candidates than the largest.
+        (Kind::Race, _) => Some(optimizer(settings, 0, genes, None).ask().len()),
+        (_, GivenGenomes::First(_)) => Some(settings.population as usize),
+    }
 }
 
 /// One run's evolution: an optimiser, for a number of generations, and the luckiest episode so far.
@@ -340,6 +361,12 @@ impl Evolution {
             });
         }
         Ok(generation)
+    }
+
+    /// Gives it another number of generations.
+    pub fn set_generations(&mut self, generations: u32) {
+        self.generations = generations;
+        self.optimizer.set_generations(generations);
     }
 
     /// Gives the champion the fitness of extra episodes, where its generation had none.

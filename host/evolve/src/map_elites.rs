@@ -9,12 +9,13 @@ mod values;
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
+use rand::Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
 use super::registry::Entry;
-use super::settings::{Descriptor, Feature, Ranges, Settings, Space};
+use super::settings::{Descriptor, Feature, GivenGenomes, Ranges, Settings, Space};
 use super::{Champion, Finalists, Optimizer, Population, saved};
 use values::Cells as Kind;
 pub use values::{Acceptance, Values};
@@ -23,7 +24,8 @@ const NAME: &str = "map-elites";
 const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
-    features: &[Feature::TakesGenomes, Feature::Behaviour, Feature::Archive],
+    features: &[Feature::Behaviour, Feature::Archive],
+    start: GivenGenomes::First("variations of them"),
     check: values::check,
     needs: values::needs,
     ..Entry::new(
@@ -201,7 +203,7 @@ impl Archive {
 /// The algorithm at one generation.
 #[derive(Clone, Debug)]
 struct MapElites {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     size: u32,
     values: Values,
     seed: u64,
@@ -217,7 +219,7 @@ impl MapElites {
     fn new(settings: &Settings, seed: u64, ranges: &Ranges, init: Option<Population>) -> Self {
         let space = Space::new(settings, ranges);
         let mut map_elites = Self {
-            owner: saved::owner(settings, seed, ranges),
+            owner: saved::Owner::new(settings, seed, ranges),
             size: settings.population,
             values: settings.tables.archive.clone(),
             seed,
@@ -232,9 +234,18 @@ impl MapElites {
         };
         map_elites.breed();
         if let Some(init) = init {
-            map_elites.population = init;
+            map_elites.population = map_elites.filled(&init);
         }
         map_elites
+    }
+
+    /// Given genomes, and variations of them up to a whole population.
+    fn filled(&self, given: &Population) -> Population {
+        let parents: Vec<&[f32]> = given.genomes().collect();
+        let mut values = given.values().to_vec();
+        let mut random = stream(self.seed, Stream::Selection, self.generation);
+        values.extend(self.varied(&parents, self.size as usize - given.len(), &mut random));
+        Population::new(given.genes(), values)
     }
 
     /// Makes the generation's genomes: elites that are evaluated again, then children.
@@ -250,15 +261,21 @@ impl MapElites {
         let order = shuffled(filled.len(), &mut random);
         let again = (self.values.reevaluated as usize).min(filled.len());
         self.again = order[..again].iter().map(|&place| filled[place]).collect();
-        let genome = |cell: u32| &self.archive.elites[&cell].genome;
-        let mut values: Vec<f32> = self.again.iter().flat_map(|&cell| genome(cell)).copied().collect();
-        let (kept, genes) = (values.len(), self.space.len());
-        values.resize(self.size as usize * genes, 0.0);
+        let genome = |cell: &u32| &self.archive.elites[cell].genome[..];
+        let mut values: Vec<f32> = self.again.iter().flat_map(genome).copied().collect();
+        let parents: Vec<&[f32]> = filled.iter().map(genome).collect();
+        values.extend(self.varied(&parents, self.size as usize - again, &mut random));
+        self.population = Population::new(self.space.len(), values);
+    }
+
+    /// Children of genomes, one after the other.
+    fn varied(&self, genomes: &[&[f32]], children: usize, mut random: &mut impl Rng) -> Vec<f32> {
+        let genes = self.space.len();
+        let mut values = vec![0.0; children * genes];
         // Children's random numbers, in order: their parents, then their normal numbers, starting with that along the
         // line.
-        let children = self.size as usize - again;
         let mut drawn = Vec::with_capacity(children * (1 + genes));
-        let parent = |random: &mut _| genome(filled[below(filled.len(), random)]);
+        let parent = |random: &mut _| genomes[below(genomes.len(), random)];
         let parents: Vec<_> = (0..children)
             .map(|_| {
                 let parents = [(); 2].map(|()| parent(&mut random));
@@ -268,7 +285,7 @@ impl MapElites {
             .collect();
         let normal = Normal { deviation: 1.0 };
         let (space, spread) = (&self.space, &self.values);
-        values[kept..]
+        values
             .par_chunks_exact_mut(genes)
             .zip(parents.par_iter().zip(drawn.par_chunks_exact(1 + genes)))
             .for_each(|(child, ([first, second], drawn))| {
@@ -279,7 +296,7 @@ impl MapElites {
                     *value = space.kept(gene, first + apart + along * (second - first));
                 }
             });
-        self.population = Population::new(self.space.len(), values);
+        values
     }
 
     /// Takes what elites did that were evaluated again, and then the others.
@@ -376,6 +393,10 @@ impl Optimizer for MapElites {
         self.generation += 1;
         self.breed();
         evaluated
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
     }
 
     fn save(&self) -> Vec<u8> {

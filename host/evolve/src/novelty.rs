@@ -7,7 +7,7 @@ use oneiro::parameter::Allowed::{Whole, WholeUpTo};
 use oneiro::parameter::{Parameter, row};
 use serde::Serialize;
 
-use super::genetic::Genetic;
+use super::genetic::{FROM_MUTANTS, Genetic};
 use super::random::{Stream, shuffled, stream};
 use super::registry::{Entry, Table};
 use super::settings::{Descriptor, Feature, Ranges, Settings, breeding, descriptors};
@@ -17,7 +17,8 @@ const NAME: &str = "novelty";
 const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
-    features: &[Feature::Breeds, Feature::TakesGenomes, Feature::Behaviour],
+    features: &[Feature::Breeds, Feature::Behaviour],
+    start: FROM_MUTANTS,
     check: |settings, _| {
         breeding::check(settings)?;
         descriptors::check(settings)
@@ -77,7 +78,7 @@ impl Table for Values {
 /// The search at one generation.
 #[derive(Clone, Debug)]
 struct Novelty {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     values: Values,
     descriptors: Vec<Descriptor>,
     seed: u64,
@@ -89,7 +90,7 @@ struct Novelty {
 impl Novelty {
     fn new(settings: &Settings, seed: u64, ranges: Ranges, init: Option<Population>) -> Self {
         Self {
-            owner: saved::owner(settings, seed, &ranges),
+            owner: saved::Owner::new(settings, seed, &ranges),
             values: settings.tables.novelty.clone(),
             descriptors: settings.descriptors.clone(),
             seed,
@@ -156,6 +157,11 @@ impl Optimizer for Novelty {
             self.archive.extend_from_slice(behaviour);
         }
         evaluated
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
+        self.genetic.set_generations(generations);
     }
 
     fn save(&self) -> Vec<u8> {

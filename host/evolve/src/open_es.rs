@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, stream};
 use super::registry::Entry;
-use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Ranges, Settings, Space, Surroundings, refused};
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "open-es";
@@ -17,6 +17,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::FollowsGradient],
+    start: GivenGenomes::Mean,
     population: "40",
     complete,
     check,
@@ -26,7 +27,14 @@ pub(crate) const ENTRY: Entry = Entry {
             "evolution strategy with mirrored samples, ranks and Adam: Salimans et al. 2017",
             "networks of hundreds of genes or more, with several episodes each",
         ],
-        |beginning| Box::new(OpenEs::new(beginning.settings, beginning.seed, &beginning.ranges())),
+        |beginning| {
+            Box::new(OpenEs::new(
+                beginning.settings,
+                beginning.seed,
+                &beginning.ranges(),
+                beginning.init.as_ref(),
+            ))
+        },
     )
 };
 
@@ -57,7 +65,7 @@ const ADDED: f64 = 1e-8;
 /// The strategy at one generation.
 #[derive(Clone, Debug)]
 struct OpenEs {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     pairs: usize,
     sigma: f64,
     learning_rate: f64,
@@ -82,23 +90,27 @@ struct OpenEsState {
 }
 
 impl OpenEs {
-    /// Begins at random genes.
-    fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+    /// Begins at random genes, or at the mean of given genomes.
+    fn new(settings: &Settings, seed: u64, ranges: &Ranges, init: Option<&Population>) -> Self {
         let space = Space::new(settings, ranges);
         let mut random = stream(seed, Stream::Beginning, 0);
         let uniform = Uniform { low: -1.0, high: 1.0 };
         let genes = space.len();
+        let drawn = || {
+            let genes = 0..genes;
+            genes
+                .map(|gene| space.share(gene) * uniform.sample(&mut random))
+                .collect()
+        };
         let state = OpenEsState {
             generation: 0,
-            centre: (0..genes)
-                .map(|gene| space.share(gene) * uniform.sample(&mut random))
-                .collect(),
+            centre: init.map_or_else(drawn, |given| space.mean(given)),
             gradients: vec![0.0; genes],
             squares: vec![0.0; genes],
             initial_weights: [1.0; 2],
         };
         let mut strategy = Self {
-            owner: saved::owner(settings, seed, ranges),
+            owner: saved::Owner::new(settings, seed, ranges),
             pairs: settings.population as usize / 2,
             sigma: settings.strategy.sigma.unwrap_or_default(),
             learning_rate: settings.strategy.learning_rate.unwrap_or_default(),
@@ -186,6 +198,10 @@ impl Optimizer for OpenEs {
         evaluated
     }
 
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
+    }
+
     fn save(&self) -> Vec<u8> {
         saved::seal(NAME, VERSION, &self.owner, &self.state)
     }
@@ -217,7 +233,7 @@ mod tests {
         settings.strategy.sigma = Some(0.02);
         settings.strategy.learning_rate = Some(0.01);
         settings.complete(GENES, 1, true);
-        OpenEs::new(&settings, 1, &vec![None; GENES])
+        OpenEs::new(&settings, 1, &vec![None; GENES], None)
     }
 
     #[test]

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
 use super::registry::{Entry, Table};
-use super::settings::{Checked, Feature, Given, Settings, Surroundings, refused};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Settings, Surroundings, refused};
 use super::{Champion, Finalists, Optimizer, Population, saved};
 use sampling::{Candidate, Model};
 
@@ -24,6 +24,8 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::Unrecorded],
+    // As the initial configurations of irace.
+    start: GivenGenomes::First("random"),
     population: "the maximum of its first race",
     complete,
     check,
@@ -42,7 +44,14 @@ pub(crate) const ENTRY: Entry = Entry {
             "an iterated race, in which candidates drop out by a test on ranks: López-Ibáñez et al. 2016 (irace)",
             "genomes with choices, such as [state machines](controllers.md#state-machines), with rough or noisy scores",
         ],
-        |beginning| Box::new(Race::new(beginning.settings, beginning.seed, beginning.genes)),
+        |beginning| {
+            Box::new(Race::new(
+                beginning.settings,
+                beginning.seed,
+                beginning.genes,
+                beginning.init.as_ref(),
+            ))
+        },
     )
 };
 
@@ -148,7 +157,7 @@ pub struct Round {
 /// The race at one generation.
 #[derive(Clone, Debug)]
 struct Race {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     values: Values,
     /// The most evaluations.
     budget: u64,
@@ -189,10 +198,11 @@ struct RaceState {
 }
 
 impl Race {
-    fn new(settings: &Settings, seed: u64, genes: &[Gene]) -> Self {
+    /// Begins with random candidates, the first of which may be given.
+    fn new(settings: &Settings, seed: u64, genes: &[Gene], init: Option<&Population>) -> Self {
         let ranges = genes.iter().map(|gene| gene.range).collect();
         let mut race = Self {
-            owner: saved::owner(settings, seed, &ranges),
+            owner: saved::Owner::new(settings, seed, &ranges),
             values: settings.tables.race.clone(),
             budget: settings.tables.race.evaluations(),
             most: settings.population.into(),
@@ -212,7 +222,9 @@ impl Race {
             population: Population::new(genes.len(), Vec::new()),
             round: None,
         };
-        race.begin();
+        let given = init.into_iter().flat_map(Population::genomes);
+        let given: Vec<_> = given.map(|genome| race.model.given(genome)).collect();
+        race.begin(&given);
         race.populate();
         race
     }
@@ -234,8 +246,9 @@ impl Race {
         u64::from(iteration).max(few(self.model.genes()) as u64)
     }
 
-    /// Begins the next race, if there is budget for more candidates than survive one. The first one begins in any case.
-    fn begin(&mut self) {
+    /// Begins the next race, if there is budget for more candidates than survive one. The first one begins in any case, with `given`
+    /// candidates and random ones.
+    fn begin(&mut self, given: &[Candidate]) {
         let few = few(self.model.genes());
         let iteration = self.state.iteration + 1;
         let (count, share) = self.planned(iteration);
@@ -244,17 +257,19 @@ impl Race {
             return;
         }
         let count = count.max(few + 1);
-        self.state.candidates = self.sampled(iteration, count);
+        self.state.candidates = self.sampled(iteration, count, given);
         self.state.iteration = iteration;
         self.state.until = self.state.used + share;
         self.state.places.clear();
     }
 
-    /// The candidates of a race: random ones, or the survivors of the last one and new ones around them.
-    fn sampled(&mut self, iteration: u32, count: usize) -> Vec<Candidate> {
+    /// The candidates of a race: given and random ones, or the survivors of the last one and new ones around them.
+    fn sampled(&mut self, iteration: u32, count: usize, given: &[Candidate]) -> Vec<Candidate> {
         let mut random = stream(self.seed, Stream::Sampling, self.state.generation);
         if self.state.elites.is_empty() {
-            return (0..count).map(|_| self.model.first(&mut random)).collect();
+            let mut candidates: Vec<_> = (0..count).map(|_| self.model.first(&mut random)).collect();
+            candidates[..given.len()].clone_from_slice(given);
+            return candidates;
         }
         let sharpness = f64::from(iteration - 1) / self.iterations(iteration) as f64;
         let elites = self.state.elites.iter();
@@ -308,7 +323,7 @@ impl Race {
         }
         state.generation += 1;
         if is_over {
-            self.begin();
+            self.begin(&[]);
         }
     }
 }
@@ -405,6 +420,10 @@ impl Optimizer for Race {
         self.race(fitness, ranking);
         self.populate();
         evaluated
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
     }
 
     fn save(&self) -> Vec<u8> {

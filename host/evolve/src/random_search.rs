@@ -5,31 +5,34 @@ use crate::error::Result;
 
 use super::random::{Stream, stream};
 use super::registry::Entry;
-use super::settings::{Ranges, Settings, Space};
+use super::settings::{GivenGenomes, Ranges, Settings, Space};
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "random";
 const VERSION: u32 = 1;
 
-pub(crate) const ENTRY: Entry = Entry::new(
-    [
-        NAME,
-        "random genomes in every generation: a control",
-        "to see what another optimiser adds",
-    ],
-    |beginning| {
-        Box::new(RandomSearch::new(
-            beginning.settings,
-            beginning.seed,
-            &beginning.ranges(),
-        ))
-    },
-);
+pub(crate) const ENTRY: Entry = Entry {
+    start: GivenGenomes::None("all genomes are random"),
+    ..Entry::new(
+        [
+            NAME,
+            "random genomes in every generation: a control",
+            "to see what another optimiser adds",
+        ],
+        |beginning| {
+            Box::new(RandomSearch::new(
+                beginning.settings,
+                beginning.seed,
+                &beginning.ranges(),
+            ))
+        },
+    )
+};
 
 /// The search at one generation.
 #[derive(Clone, Debug)]
 struct RandomSearch {
-    owner: blake3::Hash,
+    owner: saved::Owner,
     size: u32,
     seed: u64,
     space: Space,
@@ -41,7 +44,7 @@ impl RandomSearch {
     fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
         let space = Space::new(settings, ranges);
         let mut search = Self {
-            owner: saved::owner(settings, seed, ranges),
+            owner: saved::Owner::new(settings, seed, ranges),
             size: settings.population,
             seed,
             population: Population::new(space.len(), Vec::new()),
@@ -76,6 +79,10 @@ impl Optimizer for RandomSearch {
         self.generation += 1;
         let next = self.drawn();
         std::mem::replace(&mut self.population, next)
+    }
+
+    fn set_generations(&mut self, generations: u32) {
+        self.owner.set_generations(generations);
     }
 
     fn save(&self) -> Vec<u8> {

@@ -5,7 +5,7 @@ use oneiro::parameter::Parameter;
 use oneiro::world::Gene;
 
 use super::settings::budget::count_generations;
-use super::settings::{Checked, Feature, Given, Need, Ranges, Settings, Surroundings};
+use super::settings::{Checked, Feature, Given, GivenGenomes, Need, Ranges, Settings, Surroundings};
 use super::{Optimizer, Population};
 
 /// An optimiser's entry in the registry.
@@ -18,6 +18,8 @@ pub struct Entry {
     pub suits: &'static str,
     /// Where it differs from most others.
     pub(crate) features: &'static [Feature],
+    /// What it makes of given genomes.
+    pub(crate) start: GivenGenomes,
     /// Its default population in words that follow "has"; empty if that is everyone's.
     pub(crate) population: &'static str,
     /// Makes it, before its first generation.
@@ -52,6 +54,7 @@ impl Entry {
             about,
             suits,
             features: &[],
+            start: GivenGenomes::Mean,
             population: "",
             begin,
             complete: |_, _| (),
@@ -70,7 +73,7 @@ pub(crate) struct Beginning<'a> {
     pub(crate) seed: u64,
     /// The controller's genes.
     pub(crate) genes: &'a [Gene],
-    /// The first individuals, if they are given.
+    /// The genomes to begin with, if they are given: as many as [`most_given`](super::most_given) at most.
     pub(crate) init: Option<Population>,
 }
 

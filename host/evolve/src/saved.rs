@@ -1,15 +1,40 @@
 //! Saved states of optimisers.
 
 use oneiro_base::sealed;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::error::{Error, Result};
 use super::settings::{Ranges, Settings};
 
-pub(super) use oneiro_base::sealed::seal;
+/// Everything that decides an optimiser's results besides the fitness and behaviour that it gets.
+#[derive(Clone, Debug)]
+pub(super) struct Owner {
+    settings: Settings,
+    seed: u64,
+    ranges: Ranges,
+    hash: blake3::Hash,
+}
 
-/// Hash of everything that decides an optimiser's results besides the fitness and behaviour that it gets.
-pub(super) fn owner(settings: &Settings, seed: u64, ranges: &Ranges) -> blake3::Hash {
+impl Owner {
+    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+        Self {
+            settings: settings.clone(),
+            seed,
+            ranges: ranges.clone(),
+            hash: owner(settings, seed, ranges),
+        }
+    }
+
+    /// Makes it the owner of states of an evolution with this many generations.
+    pub(super) fn set_generations(&mut self, generations: u32) {
+        self.settings.generations = generations;
+        self.hash = owner(&self.settings, self.seed, &self.ranges);
+    }
+}
+
+/// Its hash.
+fn owner(settings: &Settings, seed: u64, ranges: &Ranges) -> blake3::Hash {
     let mut decisive = serde_json::to_vec(&(settings, seed, ranges.len())).expect("settings are numbers and words");
     if ranges.iter().any(Option::is_some) {
         decisive.extend(serde_json::to_vec(ranges).expect("ranges are numbers"));
@@ -17,12 +42,17 @@ pub(super) fn owner(settings: &Settings, seed: u64, ranges: &Ranges) -> blake3::
     blake3::hash(&decisive)
 }
 
+/// Seals a state.
+pub(super) fn seal(name: &str, version: u32, owner: &Owner, state: &impl Serialize) -> Vec<u8> {
+    sealed::seal(name, version, &owner.hash, state)
+}
+
 /// Opens a state.
 ///
 /// # Errors
 /// A state that is damaged, or of another algorithm, version or settings.
-pub(super) fn open<T: DeserializeOwned>(name: &str, version: u32, owner: &blake3::Hash, bytes: &[u8]) -> Result<T> {
-    sealed::open(name, version, owner, bytes).map_err(Error::Sealed)
+pub(super) fn open<T: DeserializeOwned>(name: &str, version: u32, owner: &Owner, bytes: &[u8]) -> Result<T> {
+    sealed::open(name, version, &owner.hash, bytes).map_err(Error::Sealed)
 }
 
 #[cfg(test)]

@@ -13,12 +13,13 @@ use rand::Rng;
 use rand::distr::Distribution;
 use serde::Serialize;
 
+use super::Population;
 use super::random::Uniform;
 pub use super::{Kind, Tables};
 pub use breeding::{Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Selection, SelectionKind};
 pub use budget::{Course, Episodes, MOST_GENERATIONS};
 pub(crate) use conditions::{Checked, Feature, Given, refused};
-pub use conditions::{Need, Surroundings};
+pub use conditions::{GivenGenomes, Need, Surroundings};
 pub use descriptors::Descriptor;
 pub use strategy::Strategy;
 
@@ -92,9 +93,9 @@ impl Settings {
         self.kind.entry().features.contains(&feature)
     }
 
-    /// With an optimiser whose first individuals may be given.
+    /// With an optimiser that may begin with given genomes.
     fn if_takes_genomes(&mut self) -> Option<&mut Self> {
-        self.is(Feature::TakesGenomes).then_some(self)
+        (!matches!(self.kind.entry().start, GivenGenomes::None(_))).then_some(self)
     }
 
     /// With an optimiser that begins at random genes.
@@ -153,6 +154,11 @@ impl Settings {
         needs.extend(breeding::needs(self));
         needs.extend(Kind::entries().flat_map(|entry| (entry.needs)(self)));
         needs
+    }
+
+    /// Whether the course of its generations does not depend on their number, so that it can go on for more.
+    pub fn is_open_ended(&self) -> bool {
+        !self.is(Feature::SetsGenerations)
     }
 
     /// Whether all individuals of a generation have the same random numbers.
@@ -266,8 +272,8 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
             "Range of the uniform initial genes.", |values, _| Some(&mut values.as_mut().initial)),
         row("evolution.initial_shares", "", Number(0.0, 1e6), OURS,
             "Central fraction of that range for random genes: a number for each gene; default: 1 for all.", |values, _| Some(&mut values.as_mut().if_draws_genes()?.initial_shares)),
-        row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
-            "File of initial genomes, instead of random ones.", |values, _| Some(&mut values.as_mut().if_takes_genomes()?.init)),
+        row("evolution.init", "", Text("a file of genomes, or a run's directory"), OURS,
+            "Genomes to begin with, as `--genomes` takes them: a file, or a run's directory for its champion. Evolution strategies begin at their mean; of others they are the first individuals.", |values, _| Some(&mut values.as_mut().if_takes_genomes()?.init)),
         row("evolution.limits", "", gene, OURS,
             "Bounds of genes; default: none.", |values, _| Some(&mut values.as_mut().limits)),
     ];
@@ -390,6 +396,18 @@ impl Space {
     pub(crate) fn half(&self, gene: usize) -> f64 {
         let [low, high] = self.0[gene].initial;
         0.5 * (high - low)
+    }
+
+    /// The mean of genomes, in such places, within the bounds.
+    pub(crate) fn mean(&self, genomes: &Population) -> Vec<f64> {
+        let count = genomes.len() as f64;
+        let mean = |gene: usize| {
+            let [low, high] = self.0[gene].initial;
+            let sum: f64 = genomes.genomes().map(|genome| f64::from(genome[gene])).sum();
+            let [least, greatest] = self.bounds(gene);
+            ((sum / count - 0.5 * (low + high)) / (0.5 * (high - low))).clamp(least, greatest)
+        };
+        (0..self.len()).map(mean).collect()
     }
 
     /// A gene within its bounds.

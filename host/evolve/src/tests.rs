@@ -305,6 +305,18 @@ fn the_page_lists_all_optimisers() {
         format!("| `\"{name}\"`{default} | {about} | {suits} |\n")
     });
     let written = format!("{before}{HEAD}{}\n{after}", rows.collect::<String>());
+    const GIVEN: &str = "| `kind` | what it makes of given genomes |\n|---|---|\n";
+    let (before, rest) = written.split_once(GIVEN).expect("the table's head");
+    let after = &rest[rest.find("\n- ").expect("the table's end") + 1..];
+    let rows = Kind::entries().map(|Entry { name, start, .. }| {
+        let words = match start {
+            GivenGenomes::None(reason) => format!("refused: {reason}"),
+            GivenGenomes::Mean => "its first samples are drawn around their mean".to_owned(),
+            GivenGenomes::First(others) => format!("they are the first individuals; the others are {others}"),
+        };
+        format!("| `\"{name}\"` | {words} |\n")
+    });
+    let written = format!("{before}{GIVEN}{}\n{after}", rows.collect::<String>());
     if page != written {
         let new = path.with_extension("md.new");
         fs::write(&new, written).unwrap();
@@ -399,4 +411,158 @@ fn an_evolution_continues_from_where_it_was_saved() {
     assert_eq!(whole.save(), restored.save());
     assert_eq!((whole.generation(), restored.generation()), (4, 4));
     Evolution::new(genetic(9), 10, None).restore(whole.save()).unwrap_err();
+}
+
+/// The settings of [`of`], once they are complete.
+fn settings_of(kind: Kind) -> Settings {
+    let mut settings = Settings {
+        kind,
+        population: 20,
+        parents: 4,
+        descriptors: ["a", "b"].map(|name| Descriptor::named(name, [-1.0, 1.0], 5)).into(),
+        ..Settings::default()
+    };
+    if kind == Kind::Coevolution {
+        settings.tables.opponents.first_gene = "second".into();
+    }
+    settings.complete(GENES, 1, true);
+    settings
+}
+
+/// Genes of which the tenth is the first of a second population.
+fn genes() -> Vec<Gene> {
+    let mut genes = vec![number(None); GENES];
+    genes[9].name = "second".into();
+    genes
+}
+
+/// This many genomes, all different.
+fn some(count: usize) -> Population {
+    let values = (0..count * GENES).map(|gene| (gene % 37) as f32 / 64.0 - 0.25);
+    Population::new(GENES, values.collect())
+}
+
+/// The individuals of a first generation: of two populations, each with that of the other.
+fn individuals(kind: Kind, optimizer: &dyn Optimizer) -> Population {
+    let asked = optimizer.ask();
+    if kind != Kind::Coevolution {
+        return asked.clone();
+    }
+    let contests = asked.len() / 40;
+    let pairs = (0..20).flat_map(|individual| {
+        let [first, second] = [individual, 20 + individual].map(|own| asked.genome(own * contests));
+        [&first[..9], &second[9..]].concat()
+    });
+    Population::new(GENES, pairs.collect())
+}
+
+/// What each kind makes of one genome, of several and of as many as it takes is what its entry says, and without any it begins as ever.
+#[test]
+fn given_genomes_begin_every_kind_as_its_entry_says() {
+    for &(name, kind, _) in Kind::CHOICES {
+        let (settings, genes) = (settings_of(kind), genes());
+        let begun = |init: Option<Population>| optimizer(&settings, 7, &genes, init);
+        let most = most_given(&settings, &genes);
+        let random = individuals(kind, &*begun(None));
+        for count in [1, 3, most.unwrap_or(50)] {
+            let given = some(count);
+            let optimizer = match given_genomes(&settings) {
+                GivenGenomes::None(_) => {
+                    assert_eq!(most, Some(0), "{name}");
+                    continue;
+                }
+                _ => begun(Some(given.clone())),
+            };
+            let first = individuals(kind, &*optimizer);
+            assert_eq!(
+                bits(&first),
+                bits(&individuals(kind, &*begun(Some(given.clone())))),
+                "{name}"
+            );
+            assert_ne!(bits(&first), bits(&random), "{name}");
+            let distance = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>();
+            match given_genomes(&settings) {
+                GivenGenomes::Mean => {
+                    // The samples of the same numbers, moved to the mean.
+                    let middle = begun(Some(Population::new(GENES, vec![0.0; GENES])));
+                    for (sample, unmoved) in first.genomes().zip(middle.ask().genomes()) {
+                        for gene in 0..GENES {
+                            let mean =
+                                given.genomes().map(|genome| f64::from(genome[gene])).sum::<f64>() / count as f64;
+                            let moved = f64::from(sample[gene]) - f64::from(unmoved[gene]);
+                            assert!((moved - mean).abs() < 1e-5, "{name}: {moved}, {mean}");
+                        }
+                    }
+                }
+                GivenGenomes::First(others) => {
+                    for (index, genome) in given.genomes().enumerate() {
+                        assert_eq!(first.genome(index), genome, "{name}");
+                    }
+                    for index in count..first.len() {
+                        if others == "random" {
+                            assert_eq!(first.genome(index), random.genome(index), "{name}");
+                            continue;
+                        }
+                        let nearest = given.genomes().map(|genome| distance(genome, first.genome(index)));
+                        let from_random = distance(random.genome(index), first.genome(index));
+                        assert!(nearest.fold(f32::MAX, f32::min) < from_random, "{name}");
+                    }
+                    let rest: Vec<_> = first.genomes().skip(count).map(<[f32]>::to_vec).collect();
+                    assert!(
+                        rest.windows(2).any(|pair| pair[0] != pair[1]) || rest.len() < 2,
+                        "{name}: no variety"
+                    );
+                }
+                GivenGenomes::None(_) => unreachable!(),
+            }
+        }
+    }
+}
+
+/// A state that was saved for fewer generations continues with more, as one that had them from the start.
+#[test]
+fn open_ended_optimisers_go_on_for_more_generations() {
+    for &(name, kind, _) in Kind::CHOICES {
+        let (settings, genes) = (settings_of(kind), genes());
+        if !settings.is_open_ended() {
+            assert!([Kind::Grid, Kind::Race].contains(&kind), "{name}");
+            continue;
+        }
+        let with = |generations: u32| {
+            let settings = Settings {
+                generations,
+                ..settings.clone()
+            };
+            Evolution::new(
+                optimizer(&settings, 7, &genes, Some(some(2)).filter(|_| kind != Kind::Random)),
+                generations,
+                None,
+            )
+        };
+        let told = |evolution: &mut Evolution| {
+            while !evolution.is_finished() {
+                let asked = evolution.ask().clone();
+                let count = evolution.optimizer().descriptors();
+                let behaviour: Vec<f64> = asked
+                    .genomes()
+                    .flat_map(|genome| &genome[..count])
+                    .map(|gene| f64::from(*gene))
+                    .collect();
+                evolution.tell(fitness(&asked), &behaviour).unwrap();
+            }
+        };
+        let (mut short, mut long) = (with(4), with(9));
+        told(&mut short);
+        with(9).restore(short.save()).unwrap_err();
+        let mut extended = with(4);
+        extended.restore(short.save()).unwrap();
+        extended.set_generations(9);
+        let mut continued = with(9);
+        continued.restore(extended.save()).unwrap();
+        for evolution in [&mut extended, &mut continued, &mut long] {
+            told(evolution);
+        }
+        assert_eq!(extended.save(), long.save(), "{name}");
+        assert_eq!(continued.save(), long.save(), "{name}");
+    }
 }

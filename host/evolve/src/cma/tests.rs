@@ -86,7 +86,7 @@ fn evaluations(kind: Kind, seed: u64, value: fn(usize, f64) -> f64) -> u32 {
         ..Settings::default()
     };
     settings.complete(GENES, 1, false);
-    let mut cma = Cma::new(&settings, seed, &vec![None; GENES]);
+    let mut cma = Cma::new(&settings, seed, &vec![None; GENES], None);
     assert_eq!(cma.ask().len(), 10);
     for generation in 0..10_000 {
         let values: Vec<f64> = cma
@@ -174,7 +174,7 @@ fn it_begins_again_where_it_can_not_go_on() {
         };
         settings.strategy.restarts = restarts;
         settings.complete(3, 1, false);
-        let mut cma = Cma::new(&settings, 1, &vec![None; 3]);
+        let mut cma = Cma::new(&settings, 1, &vec![None; 3], None);
         let recent = 10 + 90_usize.div_ceil(cma.size);
         for generation in 1..=recent {
             cma.tell(vec![1.0; cma.size], &[]).unwrap();

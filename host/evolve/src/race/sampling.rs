@@ -120,12 +120,18 @@ impl Model {
 
     /// A random candidate.
     pub(super) fn first(&self, random: &mut impl Rng) -> Candidate {
+        let genome: Vec<f32> = self.0.iter().map(|place| place.drawn(random)).collect();
+        self.given(&genome)
+    }
+
+    /// A candidate with a given genome.
+    pub(super) fn given(&self, genome: &[f32]) -> Candidate {
         let even = |place: &Place| {
             let count = place.index(place.high as f32) + 1;
             vec![1.0 / count as f64; count]
         };
         Candidate {
-            genome: self.0.iter().map(|place| place.drawn(random)).collect(),
+            genome: genome.to_vec(),
             chances: self.choices().map(even).collect(),
         }
     }

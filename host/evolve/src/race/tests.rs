@@ -25,7 +25,7 @@ fn race(lives: u64, seed: u64) -> Race {
     };
     settings.tables.race.lives = lives;
     settings.complete(RANGES.len(), 1, false);
-    Race::new(&settings, seed, &genes())
+    Race::new(&settings, seed, &genes(), None)
 }
 
 /// The finalists besides the luckiest, which has this genome.

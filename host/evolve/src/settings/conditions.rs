@@ -10,8 +10,6 @@ use oneiro::world::Gene;
 pub(crate) enum Feature {
     /// It breeds as the genetic algorithm does, by its values.
     Breeds,
-    /// Its first individuals may be given.
-    TakesGenomes,
     /// It does not begin at random genes.
     SetsFirstGenes,
     /// The number of its generations follows from its other values.
@@ -30,6 +28,17 @@ pub(crate) enum Feature {
     Unrecorded,
     /// Common random numbers are the same in all its generations.
     OneDraw,
+}
+
+/// The use that an optimiser has for given genomes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GivenGenomes {
+    /// Nothing, for this reason, in words that follow its name.
+    None(&'static str),
+    /// Its first samples are drawn around their mean.
+    Mean,
+    /// They are the first individuals; the others are as described.
+    First(&'static str),
 }
 
 /// What defaults may depend on.

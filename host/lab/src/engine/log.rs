@@ -1,9 +1,10 @@
 //! An append-only file that can be cut back to its length at a checkpoint.
 
-use std::io::{self, Read, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
 use serde::{Deserialize, Serialize};
@@ -71,6 +72,47 @@ impl Log {
         let cut = plain::append(&path).and_then(|file| file.set_len(prefix.bytes));
         cut.map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self::new(path, prefix.bytes, prefix.hasher))
+    }
+
+    /// The extent of a log that begins with another head, of `old` bytes so far. If it does, the log is written to `target`. `None` if
+    /// the log is not what it was at `extent`.
+    ///
+    /// # Errors
+    /// Exit 6.
+    pub(crate) fn with_head(
+        path: &Path,
+        extent: &Extent,
+        old: usize,
+        head: &[u8],
+        target: Option<&Path>,
+    ) -> Result<Option<Extent>> {
+        let failed = |error| Failure::storage(path, &error);
+        let Some(rest) = extent.bytes.checked_sub(old as u64) else {
+            return Ok(None);
+        };
+        if Prefix::of(path, extent).is_none() {
+            return Ok(None);
+        }
+        let mut file = plain::open_table(path).map_err(failed)?;
+        let mut before = vec![0; old];
+        file.read_exact(&mut before).map_err(failed)?;
+        if before == head {
+            return Ok(Some(extent.clone()));
+        }
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(head);
+        hasher.update_reader((&file).take(rest)).map_err(failed)?;
+        if let Some(target) = target {
+            file.seek(SeekFrom::Start(old as u64)).map_err(failed)?;
+            disk::write_through(target, |new| {
+                let copied = new.write_all(head).and_then(|()| io::copy(&mut file.take(rest), new));
+                copied.map(drop).map_err(|error| Failure::storage(target, &error))
+            })?;
+        }
+        Ok(Some(Extent {
+            bytes: head.len() as u64 + rest,
+            blake3: hasher.finalize().to_hex().to_string(),
+        }))
     }
 
     /// Appends bytes; they are written after a moment, or earlier if there are many.

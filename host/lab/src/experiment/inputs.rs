@@ -15,8 +15,11 @@ use oneiro::world::{GeneLayout, WorldSpec};
 use oneiro_base::console::counted;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
+use oneiro_evolve as evolve;
 use oneiro_evolve::{Population, settings as evolution};
 
+use super::champions;
+use super::kinds::{CHAMPION_GENES, is_run};
 use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings, surrogate};
 use super::source::Source;
 use crate::engine::handle::Engine;
@@ -43,7 +46,7 @@ pub struct Input {
 pub struct Content {
     pub bytes: Vec<u8>,
     /// BLAKE3 hash of the content, in hex.
-    hash: String,
+    pub hash: String,
 }
 
 impl Content {
@@ -266,30 +269,40 @@ impl<'a> Inputs<'a> {
             .map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
     }
 
-    /// Reads the genes that an evolution starts from.
+    /// Reads the genomes that an evolution begins with.
     pub(super) fn init(&mut self, evolution: &evolution::Settings, layout: &GeneLayout) -> Result<Option<Population>> {
         const KEY: &str = "evolution.init";
         let Some(file) = &evolution.init else {
             return Ok(None);
         };
-        let population = evolution.population;
-        let (path, _) = self.take(KEY, file)?;
-        let genomes = genomes::read(&path, layout, |word| self.warnings.push(format!("{KEY}: {word}")))
-            .map_err(|failure| self.source.invalid(KEY, failure))?;
-        if genomes.len() != population as usize {
+        let (path, content) = self.take_genomes(KEY, file, layout)?;
+        let say = |word| self.warnings.push(format!("{KEY}: {word}"));
+        let genomes = genomes::parse(&path, &content.bytes, layout, say);
+        let genomes = genomes.map_err(|failure| self.source.invalid(KEY, failure))?;
+        let most = evolve::most_given(evolution, layout.all());
+        if let Some(most) = most.filter(|most| genomes.len() > *most) {
+            let by = match evolution.kind {
+                evolution::Kind::Race => "the candidates of the first race",
+                _ => "evolution.population",
+            };
             let problem = format!(
-                "{} holds {}; allowed: as many as evolution.population, {population}",
+                "{} holds {}; allowed: 1 to {most}, {by}",
                 path.display(),
                 counted(genomes.len(), "genome", "genomes")
             );
             return Err(self.source.invalid(KEY, problem));
         }
-        let limits = evolution.limits.filter(|_| !self.source.is_recorded());
+        let limits = match evolution.kind {
+            // It samples within the initial range.
+            evolution::Kind::Race => Some((evolution.initial, ", evolution.initial")),
+            _ => evolution.limits.map(|limits| (limits, ", evolution.limits")),
+        };
+        let limits = limits.filter(|_| !self.source.is_recorded());
         for (index, genome) in genomes.genomes().enumerate() {
             for (gene, &value) in layout.all().iter().zip(genome) {
                 let (range, by) = match (gene.range, limits) {
                     (Some(range), _) => (range.map(f64::from), ""),
-                    (None, Some(limits)) => (limits, ", evolution.limits"),
+                    (None, Some(limits)) => limits,
                     (None, None) => continue,
                 };
                 // Limits are compared as genes are kept within them.
@@ -305,6 +318,49 @@ impl<'a> Inputs<'a> {
         Ok(Some(genomes))
     }
 
+    /// Adds a file of genomes, or the champion of a run's directory as one. Returns the path that messages show, and its content.
+    fn take_genomes(&mut self, key: &str, file: &str, layout: &GeneLayout) -> Result<(PathBuf, Arc<Content>)> {
+        let path = self.path_of(key, file);
+        // A run's configuration names only its copies, which are files.
+        if self.source.is_recorded() || !path.is_dir() {
+            self.check_order(key, &path, layout)?;
+            return self.take(key, file);
+        }
+        let read = |path: &PathBuf| champions::read(path).map(Content::new);
+        let content =
+            known(&self.files.contents, path.clone(), read).map_err(|failure| self.source.invalid(key, failure))?;
+        let copy = Path::new(file).join(champions::COPY);
+        self.note_named(key, &copy.to_string_lossy(), &content);
+        let name = path.canonicalize().unwrap_or_else(|_| path.clone());
+        let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned() + ".json";
+        self.add(key, file, Path::new(&name), &content)?;
+        Ok((path.join(CHAMPION_GENES).with_extension("json"), content))
+    }
+
+    /// Refuses a run's `.npy` file, which names no genes, if the genes of that run are others or in another order.
+    fn check_order(&self, key: &str, path: &Path, layout: &GeneLayout) -> Result {
+        let folder = path.parent().filter(|folder| is_run(folder));
+        let is_npy = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("npy"));
+        let Some(folder) = folder.filter(|_| is_npy && !self.source.is_recorded()) else {
+            return Ok(());
+        };
+        // Another program's config.toml says nothing about the file.
+        let Ok(of_run) = champions::layout(folder) else {
+            return Ok(());
+        };
+        let order = genomes::check_names(path, &of_run, layout).map_err(|failure| self.source.invalid(key, failure))?;
+        if order.iter().copied().eq(0..layout.genes()) {
+            return Ok(());
+        }
+        let problem = format!(
+            "{} names no genes, and its run has them in another order; allowed: the run's directory {} for its champion, or a .csv file \
+             with the names of the genes",
+            path.display(),
+            folder.display()
+        );
+        Err(self.source.invalid(key, problem))
+    }
+
     /// Returns the files read, and warnings about them.
     pub(super) fn finish(self) -> Result<(Vec<Input>, Vec<String>)> {
         let is_named = |file: &String| self.found.iter().any(|input| input.named == *file);
@@ -317,16 +373,25 @@ impl<'a> Inputs<'a> {
 
     /// Adds a file, checks its hash if one is given, and returns its path and content.
     fn take(&mut self, key: &str, file: &str) -> Result<(PathBuf, Arc<Content>)> {
-        let folder = self.source.folder_of(key);
-        let path = folder.unwrap_or(self.directory).join(file);
+        let path = self.path_of(key, file);
         let read = |path: &PathBuf| files::bytes(path).map(Content::new);
         let content =
             known(&self.files.contents, path.clone(), read).map_err(|failure| self.source.invalid(key, failure))?;
-        let mut named = self.files.named.lock().unwrap_or_else(PoisonError::into_inner);
-        named.insert((folder.is_some(), file.into()), Arc::clone(&content));
-        drop(named);
+        self.note_named(key, file, &content);
         self.add(key, file, &path, &content)?;
         Ok((path, content))
+    }
+
+    /// The path of a file that a key names.
+    fn path_of(&self, key: &str, file: &str) -> PathBuf {
+        self.source.folder_of(key).unwrap_or(self.directory).join(file)
+    }
+
+    /// Notes a file for the copies of a sweep.
+    fn note_named(&self, key: &str, file: &str, content: &Arc<Content>) {
+        let by_settings = self.source.folder_of(key).is_some();
+        let mut named = self.files.named.lock().unwrap_or_else(PoisonError::into_inner);
+        named.insert((by_settings, file.into()), Arc::clone(content));
     }
 
     /// Adds a table that was sampled for this experiment, as if it were a file that `oneiro robot sample` wrote: runs keep it, and their

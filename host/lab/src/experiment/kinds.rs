@@ -13,6 +13,10 @@ use super::source::Parsed;
 
 /// The file by which a run's directory is known: its experiment.
 pub(crate) const CONFIG: &str = "config.toml";
+/// The last file of a run, once it is finished.
+pub(crate) const DONE: &str = "DONE";
+/// The genes of a finished run's champion.
+pub(crate) const CHAMPION_GENES: &str = "champion.npy";
 /// The file by which a sweep's directory is known.
 pub(crate) const MADE: &str = "sweep.json";
 

@@ -1,6 +1,7 @@
 //! An experiment: a run's complete configuration except its seed, from one TOML file.
 
 mod budget;
+mod champions;
 mod check;
 pub(crate) mod degrees;
 pub mod examples;
@@ -255,6 +256,13 @@ impl Experiment {
     /// The files that it names, for a run's directory.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
+    }
+
+    /// The genomes that its evolution begins with, and their file, if they are given.
+    pub fn init(&self) -> Option<(&Population, &Input)> {
+        let name = self.settings.evolution.init.as_ref()?;
+        let input = self.inputs.iter().find(|input| input.name == *name)?;
+        Some((self.init.as_ref()?, input))
     }
 
     /// Warnings about its files and its values.

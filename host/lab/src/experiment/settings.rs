@@ -16,6 +16,7 @@ use oneiro::surrogate::{Difference, Differences};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 use oneiro_evolve::settings as evolution;
+use oneiro_evolve::{GivenGenomes, given_genomes};
 use oneiro_robots::address::Address;
 use oneiro_robots::tracker;
 
@@ -138,6 +139,15 @@ impl Described for Settings {
     fn rows() -> &'static [Parameter<Self>] {
         static ROWS: LazyLock<Vec<Parameter<Settings>>> = LazyLock::new(rows);
         &ROWS
+    }
+
+    fn reason(&self, key: &str) -> Option<String> {
+        match given_genomes(&self.evolution) {
+            GivenGenomes::None(reason) if key == "evolution.init" => {
+                Some(format!("with {} {reason}", self.evolution.kind.word()))
+            }
+            _ => None,
+        }
     }
 }
 

@@ -937,13 +937,72 @@ fn files_are_inputs_with_hashes() {
 
     let message = refusal(&scratch, &text.replace("population = 4", "population = 2"), &[]);
     assert!(
-        message.contains("test.toml:7:8: evolution.init: genes.npy holds 4 genomes; allowed: as many as"),
+        message.contains(
+            "test.toml:7:8: evolution.init: genes.npy holds 4 genomes; allowed: 1 to 2, evolution.population"
+        ),
         "{message}"
     );
     let message = refusal(&scratch, &text.replace("./round.sam", "wall.sam"), &[]);
     assert!(message.contains("have one name"), "{message}");
     let hidden = refusal(&scratch, text, &["controller.kind=recurrent"]);
     assert!(hidden.contains("evolution.init") && hidden.contains("22"), "{hidden}");
+}
+
+/// What can't begin an evolution is refused with its reason.
+#[test]
+fn given_genomes_that_can_not_be_used_are_refused() {
+    let scratch = Scratch::new("given");
+    let names = world::Controller::Perceptron.layout().names();
+    let genome = |gene: &str| vec![gene; 18].join(",");
+    scratch.write("one.csv", format!("{}\n{}\n", names.join(","), genome("0.5")));
+    scratch.write("far.csv", format!("{}\n{}\n", names.join(","), genome("3")));
+    scratch.write("three.csv", format!("{0}\n{0}\n{0}\n", genome("0.5")));
+    for (file, values, expected) in [
+        (
+            "one",
+            "kind = \"random\"",
+            "is given, but with random all genomes are random; allowed: only with kind = \"genetic\" or ",
+        ),
+        (
+            "one",
+            "kind = \"grid\"",
+            "is given, but with grid all genomes are those of the grid; allowed: only with kind = ",
+        ),
+        (
+            "three",
+            "population = 2\nparents = 1",
+            "three.csv holds 3 genomes; allowed: 1 to 2, evolution.population",
+        ),
+        (
+            "far",
+            "limits = [-1, 1]",
+            "of genome 0 is 3; allowed: -1 to 1, evolution.limits",
+        ),
+        (
+            "far",
+            "kind = \"race\"",
+            "of genome 0 is 3; allowed: -1 to 1, evolution.initial",
+        ),
+    ] {
+        let text = format!("[evolution]\ninit = \"{file}.csv\"\n{values}\n");
+        let record = if values.contains("race") {
+            "[record]\nindividuals = false\n"
+        } else {
+            ""
+        };
+        let message = refusal(&scratch, &(text + record), &[]);
+        assert!(
+            message.contains("test.toml:2:8: evolution.init: ") && message.contains(expected),
+            "{message}"
+        );
+    }
+    // A strategy takes any number.
+    let text = "[evolution]\nkind = \"cma-es\"\npopulation = 4\ninit = \"three.csv\"";
+    let text = text.replace("population = 4", "population = 4\nstrategy.sigma = 1e-6");
+    let own = read(&scratch, &text, &[]).unwrap();
+    let evolution = own.evolution(1);
+    assert!(evolution.ask().values().iter().all(|gene| (gene - 0.5).abs() < 1e-4));
+    assert_eq!(own.init().map(|(genomes, _)| genomes.len()), Some(3));
 }
 
 /// The world's name for any value leads back to its key in the file.

@@ -11,6 +11,11 @@ use super::source::{Source, Unknown};
 pub trait Described: Default + 'static {
     /// One row for each value, in the order of a file.
     fn rows() -> &'static [Parameter<Self>];
+
+    /// Why a value can't have an effect with the chosen kinds, if more can be said than which kinds it has one with.
+    fn reason(&self, _key: &str) -> Option<String> {
+        None
+    }
 }
 
 /// A value of a file and its row.
@@ -161,7 +166,11 @@ fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'
             return Ok(());
         }
         let (key, words) = under(leaf.row, Some(own)).map_or_else(|| ("kind", String::new()), |(kind, _)| kind);
-        return source.leave_out_of_kind(&leaf.path, format_args!("is given; allowed: only with {key} = {words}"));
+        let reason = own
+            .reason(leaf.row.key)
+            .map_or_else(String::new, |reason| format!(", but {reason}"));
+        let problem = format_args!("is given{reason}; allowed: only with {key} = {words}");
+        return source.leave_out_of_kind(&leaf.path, problem);
     };
     if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
         return Ok(());

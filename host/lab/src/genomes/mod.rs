@@ -10,10 +10,11 @@ use oneiro::batch::GREATEST_GENE;
 use oneiro::world::GeneLayout;
 use oneiro_base::columns;
 use oneiro_base::console::counted;
+use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_evolve::Population;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Reads genomes of a controller:
 /// - `.npy`: float32 or float64, of the shape rows x genes, or genes alone for one genome, in the order of the controller's genes;
@@ -29,19 +30,26 @@ use serde::Deserialize;
 /// # Errors
 /// Exit 3: there is no such file, no genome in it, another shape, other names of genes, or a gene that isn't a number or is beyond
 /// [`GREATEST_GENE`]; with the file and the row, counted from 1.
-pub fn read(path: &Path, layout: &GeneLayout, mut say: impl FnMut(String)) -> Result<Population> {
-    let bytes = files::bytes(path)?;
+pub fn read(path: &Path, layout: &GeneLayout, say: impl FnMut(String)) -> Result<Population> {
+    parse(path, &files::bytes(path)?, layout, say)
+}
+
+/// Reads the genomes in the contents of a file.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn parse(path: &Path, bytes: &[u8], layout: &GeneLayout, mut say: impl FnMut(String)) -> Result<Population> {
     let extension = path
         .extension()
         .and_then(|extension| extension.to_str())
         .map(str::to_ascii_lowercase);
     let genomes = match extension.as_deref() {
-        Some("npy") => npy::parse(&bytes, layout.genes()).map(|values| (values, Some(in_order(layout)))),
-        Some("csv") => columns::read(&bytes, &layout.names(), |gene, shown| checked(gene, &shown))
+        Some("npy") => npy::parse(bytes, layout.genes()).map(|values| (values, Some(in_order(layout)))),
+        Some("csv") => columns::read(bytes, &layout.names(), |gene, shown| checked(gene, &shown))
             .map(|columns| (columns.values, columns.word)),
-        Some("json") => from_json(&bytes, layout),
+        Some("json") => from_json(bytes, layout),
         Some("txt") => match Form::of(layout) {
-            Some(form) => from_text(form, &bytes, layout),
+            Some(form) => from_text(form, bytes, layout),
             None => Err(
                 "is a text, which only state machines and behaviour trees have; allowed: .npy, .csv, .json, or controller.kind = \
                  \"state-machine\" or \"behaviour-tree\""
@@ -183,6 +191,21 @@ fn from_json(bytes: &[u8], layout: &GeneLayout) -> Found {
         ));
     }
     Ok((checked, Some(in_order(layout))))
+}
+
+/// A file with one genome and the names of its genes, as [`read`] takes it. `result` is the hash of the run that it is of.
+pub(crate) fn json(genome: &[f32], names: &[String], result: &str) -> Vec<u8> {
+    #[derive(Serialize)]
+    struct File<'a> {
+        result: &'a str,
+        gene_names: &'a [String],
+        genome: &'a [f32],
+    }
+    disk::json(&File {
+        result,
+        gene_names: names,
+        genome,
+    })
 }
 
 /// State machines or behaviour trees, one on each line: as many for a genome as it has controllers.

@@ -9,6 +9,7 @@ use oneiro_base::utc::now;
 use serde::{Deserialize, Serialize};
 
 use super::META;
+use crate::experiment::Input;
 use crate::runs::Experiment;
 
 /// `meta.json`
@@ -27,10 +28,44 @@ pub struct Meta {
     /// What the run makes of its budget of episodes, in words, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget: Option<String>,
+    /// Files that the experiment names, and where they were.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) inputs: Vec<Origin>,
+    /// Extensions of the run, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) extended: Vec<Extended>,
     /// The best score so far.
     pub best: Option<f32>,
     /// Processes that worked on it, in order.
     pub(crate) sessions: Vec<Session>,
+}
+
+/// Where a file of the run was.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Origin {
+    /// The copy in the run's directory.
+    file: String,
+    /// The name in the experiment.
+    from: String,
+    /// BLAKE3 hash of the content.
+    blake3: String,
+}
+
+/// What `oneiro resume --generations` or `--episodes` has changed.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Extended {
+    /// When, UTC.
+    pub(crate) at: String,
+    /// The key that was asked for, and its value.
+    pub(crate) key: String,
+    pub(crate) value: u64,
+    /// Total number of generations before and since.
+    pub(crate) generations: [u32; 2],
+    /// Generation that the run continued from.
+    pub(crate) from_generation: u32,
+    /// Hash of the results, if the run was finished.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) result: Option<String>,
 }
 
 /// Progress of a run.
@@ -85,6 +120,16 @@ impl Session {
     }
 }
 
+impl Origin {
+    fn of(input: &Input) -> Self {
+        Self {
+            file: input.name.clone(),
+            from: input.named.clone(),
+            blake3: input.content.hash.clone(),
+        }
+    }
+}
+
 impl Meta {
     /// Notes that a process works on a run of an experiment.
     pub(super) fn begin(directory: &Path, own: &dyn Experiment, seed: u64, session: Session) -> Result<Self> {
@@ -95,6 +140,8 @@ impl Meta {
             status: Status::Running,
             generation: 0,
             generations: own.length(),
+            inputs: own.inputs().iter().map(Origin::of).collect(),
+            extended: Vec::new(),
             best: None,
             sessions: Vec::new(),
         });

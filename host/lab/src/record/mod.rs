@@ -3,6 +3,7 @@
 
 mod directories;
 mod done;
+mod extend;
 mod meta;
 mod recorder;
 mod saved;
@@ -13,13 +14,14 @@ mod tests;
 pub use directories::{Directories, RunPlace};
 pub(crate) use done::result_of;
 pub use done::{Done, verify};
+pub use extend::{Budget, Extension, complete};
 pub use meta::{Meta, Session, Status};
 pub use recorder::{Begun, Recorder, Standing, named, standing};
 pub use saved::{SavedRun, State, is_locked};
 pub use single::SingleRun;
 
 use crate::experiment::INPUTS;
-use crate::experiment::kinds::CONFIG;
+use crate::experiment::kinds::{CONFIG, DONE};
 use oneiro_base::contents::Entry;
 use oneiro_base::disk::LOCK;
 use oneiro_base::files::directory::Form;
@@ -32,7 +34,6 @@ pub const FORM: Form<'_> = Form {
 };
 
 const META: &str = "meta.json";
-const DONE: &str = "DONE";
 
 /// The files of a run's directory: those of its kind, among those that every run has.
 pub fn contents(own: Vec<Entry>, has_inputs: bool) -> Vec<Entry> {
@@ -45,7 +46,7 @@ pub fn contents(own: Vec<Entry>, has_inputs: bool) -> Vec<Entry> {
         ));
     }
     all.extend(own);
-    let meta = "provenance, not part of the results: program, devices, times, status, progress, and the best so far";
+    let meta = "provenance, not part of the results: program, devices, times, status, progress, the best so far, origins of files, and extensions";
     let done =
         "written last, when the run is finished: BLAKE3 hashes of each file, of the experiment and of the results";
     all.extend([

@@ -12,6 +12,7 @@ use oneiro_base::files::directory::{self, Found, Holds, Named};
 use oneiro_base::sealed::Problem;
 use serde::{Deserialize, Serialize};
 
+use super::extend::is_unsettled;
 use super::{CONFIG, Done, FORM, Meta, SavedRun, Session, Status};
 use crate::engine::checkpoint;
 use crate::engine::job::{Job, Progress, Step};
@@ -20,7 +21,7 @@ use crate::experiment::{Difference, INPUTS};
 use crate::runs::{Experiment, Recording, Table};
 
 /// Checkpoints that are kept: if the newest is damaged, there is one before.
-const KEPT: usize = 2;
+pub(super) const KEPT: usize = 2;
 
 /// Current contents of a run's directory.
 #[derive(Debug)]
@@ -129,11 +130,11 @@ pub struct Recorder {
 
 /// A run between two steps.
 #[derive(Serialize, Deserialize)]
-struct Saved {
-    progress: Progress,
+pub(super) struct Saved {
+    pub(super) progress: Progress,
     /// Length of each table.
-    tables: Vec<Extent>,
-    job: Vec<u8>,
+    pub(super) tables: Vec<Extent>,
+    pub(super) job: Vec<u8>,
 }
 
 /// The saved job of a run's newest good checkpoint. A process may be writing there.
@@ -186,6 +187,12 @@ impl Recorder {
     pub fn resume(run: &SavedRun, session: Session, console: Console) -> Result<(Self, Box<dyn Job>, Vec<String>)> {
         let (directory, experiment, seed) = (run.directory(), run.experiment(), run.seed());
         let lock = disk::try_lock(directory)?.ok_or_else(|| is_busy(directory))?;
+        if is_unsettled(directory) {
+            return Err(Failure::input(format_args!(
+                "{0}: its larger budget was interrupted; `oneiro resume {0}` completes it",
+                directory.display()
+            )));
+        }
         let mut problems = Vec::new();
         let mut is_other_version = true;
         for (_, path) in checkpoint::list(directory)? {
@@ -219,11 +226,7 @@ impl Recorder {
             return Ok((recorder, job, problems));
         }
         if is_other_version {
-            return Err(Failure::input(format_args!(
-                "{}: its checkpoints were written by another version of oneiro; allowed: finish it with that version, or \
-                 begin anew in another directory",
-                directory.display()
-            )));
+            return Err(is_of_other_version(directory));
         }
         Err(Failure::corrupt(format_args!(
             "this run has no intact checkpoint: {}",
@@ -362,11 +365,32 @@ impl Recorder {
     }
 }
 
-fn is_busy(directory: &Path) -> Failure {
+pub(super) fn is_busy(directory: &Path) -> Failure {
     Failure::input(format_args!(
         "{}: another process is working on this run; allowed: one at a time",
         directory.display()
     ))
+}
+
+fn is_of_other_version(directory: &Path) -> Failure {
+    Failure::input(format_args!(
+        "{}: its checkpoints were written by another version of oneiro; allowed: finish it with that version, or \
+         begin anew in another directory",
+        directory.display()
+    ))
+}
+
+/// Why a run can't be continued from any of its checkpoints.
+pub(super) fn unusable(directory: &Path, problems: &[(PathBuf, Problem)]) -> Failure {
+    if problems.iter().all(|(_, problem)| matches!(problem, Problem::Other(_))) {
+        return is_of_other_version(directory);
+    }
+    let words = problems.iter().map(|(path, problem)| {
+        let problem = checkpoint::words(problem, &format!("experiment than {CONFIG}"));
+        format!("{}: {problem}", path.display())
+    });
+    let words: Vec<String> = words.collect();
+    Failure::corrupt(format_args!("this run has no intact checkpoint: {}", words.join("; ")))
 }
 
 /// A checkpoint that can be resumed from, and the tables at that time.

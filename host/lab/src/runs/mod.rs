@@ -107,6 +107,12 @@ pub trait Experiment: Debug + Send + Sync {
     /// Exit 5 if the bytes aren't what a job of this run saves.
     fn restored(self: Arc<Self>, seed: u64, recording: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>>;
 
+    /// The saved job of a run with more generations, given that of a run of `earlier`, which differs only in having fewer.
+    ///
+    /// # Errors
+    /// Exit 5 if the bytes aren't what a job of that run saves.
+    fn extended(&self, earlier: &dyn Experiment, seed: u64, saved: &[u8]) -> Result<Vec<u8>>;
+
     /// Tables that runs append to, the table of steps first.
     fn tables(&self, recording: Recording<'_>) -> Vec<Table>;
     /// Files of a run that contain only results, in the order in which they are hashed.
@@ -336,13 +342,21 @@ pub fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
 /// # Errors
 /// As [`read`].
 pub fn recorded(config: &Path) -> Result<Arc<dyn Experiment>> {
+    recorded_with(config, &[])
+}
+
+/// Reads the experiment of a run's directory, with settings that override its values.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn recorded_with(config: &Path, set: &[Setting]) -> Result<Arc<dyn Experiment>> {
     const FINALISTS: &str = "evolution.finalists";
     let text = files::text(config)?;
     let values = Parsed::new(config.display().to_string(), &text)?.recorded();
     let is_older = !values.has("swarm") && !values.has(FINALISTS);
     let none = Setting::at(config.display().to_string(), FINALISTS, &0.into()).ranked(0);
     let missing = if is_older { vec![none] } else { Vec::new() };
-    of(config, &values, &missing, &Files::default(), None)
+    of(config, &values, &[&missing, set].concat(), &Files::default(), None)
 }
 
 /// Reads the values of an experiment's file. Files that other experiments have already named come from `files`.

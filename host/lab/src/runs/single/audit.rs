@@ -13,6 +13,7 @@ use super::individuals::Individuals;
 use super::job::{keys, score};
 use super::{Audit, Recorded, Single};
 use crate::engine::handle::Engine;
+use crate::experiment::Experiment;
 
 /// Individuals per batch.
 const AT_ONCE: usize = 1 << 16;
@@ -23,12 +24,17 @@ const LISTED: usize = 10;
 pub(super) fn run(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
     let report = Report::of(single, run, share, engine, bars)?;
     let different = report.differences.len();
+    let others = (different > 0).then(|| {
+        let individuals = counted(different, "individual has", "individuals have");
+        format!("{individuals} other bits on {}", engine.name())
+    });
+    let begins = report
+        .begins_otherwise
+        .then(|| "the first generation is not what evolution.init and the seed make".to_owned());
+    let problems: Vec<String> = others.into_iter().chain(begins).collect();
     Ok(Audit {
         answer: Answer::new(report.text(), report.value()),
-        problem: (different > 0).then(|| {
-            let individuals = counted(different, "individual has", "individuals have");
-            format!("{individuals} other bits on {}", engine.name())
-        }),
+        problem: (!problems.is_empty()).then(|| problems.join("; ")),
     })
 }
 
@@ -38,6 +44,8 @@ struct Report {
     recorded: usize,
     audited: usize,
     differences: Vec<Difference>,
+    /// Whether the recorded first generation is not that of the given genomes.
+    begins_otherwise: bool,
 }
 
 /// An individual whose score differs on this machine.
@@ -54,6 +62,7 @@ impl Report {
         let directory = run.directory;
         let individuals = Individuals::read(directory, experiment)?;
         let chosen = chosen(&individuals, run.seed, share);
+        let begins_otherwise = experiment.init().is_some() && !begins_as_given(&individuals, experiment, run.seed);
         let settings = experiment.settings();
         let trials = settings.trials as usize;
         let is_real = |index: &usize| {
@@ -118,6 +127,7 @@ impl Report {
             recorded: individuals.len(),
             audited,
             differences,
+            begins_otherwise,
         })
     }
 
@@ -127,6 +137,7 @@ impl Report {
             recorded,
             audited,
             differences,
+            ..
         } = self;
         let listed = differences.iter().take(LISTED).map(|difference| {
             let Difference { generation, individual, recorded, here } = difference;
@@ -165,6 +176,20 @@ impl Report {
             "differences": differences,
         })
     }
+}
+
+/// Whether the first generation has the genomes that the given ones and the seed make.
+fn begins_as_given(individuals: &Individuals, experiment: &Experiment, seed: u64) -> bool {
+    let evolution = experiment.evolution(seed);
+    let is_recorded = |(index, genome): (usize, &[f32])| match individuals.get(index) {
+        Some((genes, _)) => genes
+            .iter()
+            .map(|gene| gene.to_bits())
+            .eq(genome.iter().map(|gene| gene.to_bits())),
+        // It was killed before its first generation.
+        None => true,
+    };
+    evolution.ask().genomes().enumerate().all(is_recorded)
 }
 
 /// Individuals to audit: a reproducible random choice, or the first one if none is drawn.

@@ -16,6 +16,7 @@ use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_evolve::coevolution::OpponentKind;
 use oneiro_evolve::settings::{Kind as Optimiser, SelectionKind, Settings};
+use oneiro_evolve::{GivenGenomes, given_genomes, most_given};
 use oneiro_report::figures;
 use serde_json::{Value, json};
 
@@ -53,6 +54,11 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>) -> Result<Ans
         "free_share": experiment.world().free_share(),
         "episodes": experiment.episodes().total(),
         "budget": experiment.budget(),
+        "init": experiment.init().map(|(genomes, input)| json!({
+            "file": input.named,
+            "genomes": genomes.len(),
+            "blake3": input.content.hash,
+        })),
         "robot_steps": experiment.steps(),
         "gene_names": experiment.world().gene_layout().names(),
         "gene_ranges": experiment.world().gene_layout().ranges(),
@@ -238,6 +244,10 @@ fn summary(experiment: &Experiment) -> String {
                 breeding(evolution)
             ),
         ),
+        (
+            "begins with",
+            experiment.init().map_or_else(String::new, |_| init(experiment)),
+        ),
         ("budget", experiment.budget().unwrap_or_default()),
         (
             "reality",
@@ -293,6 +303,25 @@ fn summary(experiment: &Experiment) -> String {
         value_lines(&spec.own),
         genes.collect::<String>()
     )
+}
+
+/// The genomes that an evolution begins with, and what becomes of them.
+fn init(experiment: &Experiment) -> String {
+    let Some((genomes, input)) = experiment.init() else {
+        return String::new();
+    };
+    let evolution = &experiment.settings().evolution;
+    let count = genomes.len();
+    let made = match given_genomes(evolution) {
+        GivenGenomes::None(_) => String::new(),
+        GivenGenomes::Mean if count == 1 => ": the mean of the first samples".to_owned(),
+        GivenGenomes::Mean => ": their mean is that of the first samples".to_owned(),
+        GivenGenomes::First(_) if Some(count) == most_given(evolution, experiment.world().gene_layout().all()) => {
+            ": the first generation".to_owned()
+        }
+        GivenGenomes::First(others) => format!(": the first individuals; the others are {others}"),
+    };
+    format!("{} of {}{made}", counted(count, "genome", "genomes"), input.named)
 }
 
 /// How a genetic algorithm breeds, after the numbers of its individuals and generations.

@@ -26,6 +26,7 @@ use super::{
     LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, TRACE, pictures, race, report,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
+use crate::experiment::Experiment;
 use crate::experiment::settings::{Settings, TrialScore};
 use crate::runs::Recording;
 
@@ -146,7 +147,6 @@ impl Evolving {
 
     /// Restores a job from the output of [`Job::save`].
     pub(super) fn restored(mut self, saved: &[u8]) -> Result<Self> {
-        let unexpected = |_| Failure::corrupt("a saved run has unexpected contents");
         let Saved {
             evolution,
             last,
@@ -156,7 +156,7 @@ impl Evolving {
             simulated,
             real,
             transferred,
-        } = postcard::from_bytes(saved).map_err(unexpected)?;
+        } = unsealed(saved)?;
         self.evolution.restore(evolution)?;
         if self.evolution.is_finished() != last.is_some() {
             return Err(Failure::corrupt("a saved run lacks its last generation"));
@@ -692,6 +692,33 @@ impl Job for Evolving {
             champion: champion.genome.clone(),
         })
     }
+}
+
+/// The saved job of a run of `experiment`, given that of a run of `earlier`, which differs only in having fewer generations.
+///
+/// # Errors
+/// Exit 5 if the bytes aren't what a job of that run saves.
+pub(super) fn extended(experiment: &Experiment, earlier: &Experiment, seed: u64, saved: &[u8]) -> Result<Vec<u8>> {
+    let saved: Saved = unsealed(saved)?;
+    let mut evolution = earlier.evolution(seed);
+    evolution.restore(saved.evolution)?;
+    evolution.set_generations(experiment.settings().evolution.generations);
+    // What follows the last generation is done again.
+    let longer = Saved {
+        evolution: evolution.save(),
+        last: None,
+        is_exhibited: false,
+        appraised: Vec::new(),
+        simulated: Vec::new(),
+        real: Vec::new(),
+        ..saved
+    };
+    Ok(postcard::to_allocvec(&longer).expect("numbers"))
+}
+
+/// Reads the output of [`Job::save`].
+fn unsealed(saved: &[u8]) -> Result<Saved> {
+    postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has unexpected contents"))
 }
 
 /// Keys of an individual's episodes: different for each individual, or the same for a whole generation or grid.

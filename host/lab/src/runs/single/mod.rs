@@ -55,6 +55,7 @@ use serde_json::json;
 use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Scene, Shown, Summary, Table};
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
+use crate::experiment::kinds::CHAMPION_GENES;
 use crate::experiment::source::LeftOut;
 use crate::experiment::{Experiment, Identities, Input};
 use crate::genomes;
@@ -75,7 +76,6 @@ pub const TOURNAMENT_PICTURE: &str = "tournament.svg";
 pub const TOURNAMENT_PROGRESS: &str = "tournament-progress.svg";
 const INDIVIDUALS: &str = "individuals.npy";
 const CHAMPION: &str = "champion.json";
-const CHAMPION_GENES: &str = "champion.npy";
 /// A state machine's text.
 const CHAMPION_TEXT: &str = "champion.txt";
 const LUCKIEST_TEXT: &str = "luckiest.txt";
@@ -573,6 +573,13 @@ impl super::Experiment for Single {
 
     fn restored(self: Arc<Self>, seed: u64, recording: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>> {
         Ok(Box::new(Evolving::new(self, seed, recording)?.restored(saved)?))
+    }
+
+    fn extended(&self, earlier: &dyn super::Experiment, seed: u64, saved: &[u8]) -> Result<Vec<u8>> {
+        let earlier = earlier
+            .single()
+            .ok_or_else(|| Failure::failed("is no run of single robots"))?;
+        job::extended(&self.experiment, earlier, seed, saved)
     }
 
     fn tables(&self, recording: Recording<'_>) -> Vec<Table> {

@@ -175,6 +175,10 @@ impl Experiment for SwarmExperiment {
         Ok(Box::new(with_page(job, self, seed, recording)))
     }
 
+    fn extended(&self, _: &dyn Experiment, _: u64, _: &[u8]) -> Result<Vec<u8>> {
+        Err(Failure::failed("runs of the foraging study have no generations"))
+    }
+
     fn tables(&self, _: Recording<'_>) -> Vec<Table> {
         vec![Table {
             file: INTERVALS,
