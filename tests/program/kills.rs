@@ -47,7 +47,7 @@ impl Case {
     }
 }
 
-const CASES: [Case; 34] = [
+const CASES: [Case; 35] = [
     Case::new("run", "small.toml --seed 1 --out WORK/out"),
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
