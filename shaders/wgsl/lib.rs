@@ -45,6 +45,7 @@ parts![
     "lib/interface.wgsl",
     "lib/members.wgsl",
     "lib/motion.wgsl",
+    "lib/near.wgsl",
     "lib/numerics.wgsl",
     "lib/ordinary.wgsl",
     "lib/random.wgsl",

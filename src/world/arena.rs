@@ -4,6 +4,7 @@ use glam::Vec2;
 
 use crate::exact::cosine;
 use crate::parameter::field_of_pairs;
+use crate::world::near;
 
 /// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right
 /// and y up.
@@ -318,6 +319,16 @@ impl Arena {
         self.field = Field::between(middle - radius, middle + radius);
         self.is_field_round = true;
         self
+    }
+
+    /// Number of walls, obstacles and blocks.
+    pub fn objects(&self) -> usize {
+        self.walls.len() + self.obstacles.len() + self.blocks.len()
+    }
+
+    /// Whether these are so many that a grid says which are near.
+    pub(crate) fn has_many(&self) -> bool {
+        self.objects() > near::FEW
     }
 
     /// The walls that are the sides of a convex polygon.

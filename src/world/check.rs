@@ -15,6 +15,7 @@ use crate::parts::network::Network;
 use crate::world::arena::{Arena, Field, Wall};
 use crate::world::body::Collision;
 use crate::world::described::{Described, Drive, Together};
+use crate::world::near;
 use crate::world::noise::Noise;
 use crate::world::pack;
 use crate::world::parameters::{COORDINATE, LENGTH, PARAMETERS};
@@ -26,7 +27,6 @@ use crate::world::start::{Area, GREATEST_POSES};
 use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
-pub(super) const GREATEST_SHAPES: usize = episode::GREATEST_SHAPES as usize;
 const _: () = assert!(episode::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MAX as u32);
 
 /// Most cells whose visits an episode records.
@@ -40,6 +40,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     robot(&spec.robot)?;
     let physics = physics(spec)?;
     arena(&spec.arena, spec.robot.tables())?;
+    few_objects(spec, &physics)?;
     start(spec)?;
     spec.noise.check(&spec.robot.build)?;
     if let Some(individual) = &spec.surrogate {
@@ -198,6 +199,27 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
             Err(Invalid::new(format!("robot.sensors.classes[{index}].sensors"), problem))
         }
     }
+}
+
+/// Checks that an arena has only so many objects as a robot's kernel looks at.
+fn few_objects(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
+    let looks_by_grid = match physics {
+        Physics::Described(robot, surrogate) => {
+            surrogate.is_none() && robot.model().is_none() && !robot.has_sampled_sensors()
+        }
+        Physics::Sampled | Physics::Individual(_) | Physics::Forager(_) => false,
+    };
+    if looks_by_grid || !spec.arena.has_many() {
+        return Ok(());
+    }
+    let problem = format!(
+        "{} walls, obstacles and blocks; allowed: 0 to {} together, and {} with a parametric robot without sampled sensors, robot.model and \
+         surrogate",
+        spec.arena.objects(),
+        near::FEW,
+        near::GREATEST
+    );
+    Err(Invalid::new("arena", problem))
 }
 
 /// Checks the rest of a surrogate's world.
@@ -481,9 +503,12 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     allowed_number("arena", y, COORDINATE)?;
     allowed_number("arena.width_mm", width, LENGTH)?;
     allowed_number("arena.height_mm", height, LENGTH)?;
-    let shapes = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
-    if shapes > GREATEST_SHAPES {
-        let problem = format!("{shapes} walls, obstacles and blocks; allowed: 0 to {GREATEST_SHAPES} together");
+    let shapes = arena.objects();
+    if shapes > near::GREATEST {
+        let problem = format!(
+            "{shapes} walls, obstacles and blocks; allowed: 0 to {} together",
+            near::GREATEST
+        );
         return Err(Invalid::new("arena", problem));
     }
     for (index, wall) in arena.walls.iter().enumerate() {

@@ -9,6 +9,7 @@ mod described;
 pub(crate) mod differential;
 mod forager;
 mod given;
+mod near;
 mod noise;
 mod owner;
 mod pack;

@@ -15,6 +15,7 @@ impl WorldSpec {
             make: make(self, physics, episodes)?,
             fields: self.robot.build.fields(),
             episodes,
+            has_many_objects: self.arena.has_many(),
             is_varied: self.noise.is_varied(),
         })
     }

@@ -16,6 +16,7 @@ use crate::world::body::Collision;
 use crate::world::described::Drive;
 use crate::world::forager::Forager;
 use crate::world::given;
+use crate::world::near;
 use crate::world::physics::Physics;
 use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::world::start::Area;
@@ -35,6 +36,8 @@ pub(super) struct Packed {
     values: Vec<[u32; 4]>,
     /// Genes of a controller.
     genes: usize,
+    /// The grid of an arena of many objects.
+    near: Vec<[u32; 4]>,
 }
 
 impl Packed {
@@ -47,9 +50,15 @@ impl Packed {
                 free_share: robot.free_share(),
                 values: values(spec, parts),
                 genes,
+                near: Vec::new(),
             });
         }
         let shapes = shapes(spec, physics);
+        let near = if spec.arena.has_many() {
+            near::cells(&shapes, spec.robot.body_radius)?
+        } else {
+            Vec::new()
+        };
         let area = Area::of(spec)?;
         let free = Free::of(area, &shapes);
         let (random_start, start) = match spec.start {
@@ -78,6 +87,7 @@ impl Packed {
             free_share: free.share_of_bounds,
             values: values(spec, parts),
             genes,
+            near,
         })
     }
 
@@ -97,7 +107,9 @@ impl Packed {
         let radius = robot.body_radius;
         let numbers = match physics {
             Physics::Described(described, surrogate) => {
-                buffers.add_table(described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes))
+                let mut cells = described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes);
+                cells.extend(&self.near);
+                buffers.add_table(cells)
             }
             Physics::Individual(surrogate) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))

@@ -23,6 +23,9 @@ pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Re
     if let Some(together) = &robot.together {
         text += &constants(robot, together, spec);
     }
+    if spec.arena.has_many() {
+        let _ = writeln!(text, "const NEAR_CELL: u32 = {}u;", robot.own_cells(arena));
+    }
     Ok(text)
 }
 
@@ -257,9 +260,10 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     }
     if !objects.is_empty() {
         objects = format!(
-            "    let first = worlds[world].first_shape;
-    let end = first + shape_count(world);
-    for (var shape = first; shape < end; shape++) {{
+            "    let first = near_first(world, at);
+    let end = first + near_count(world, at);
+    for (var entry = first; entry < end; entry++) {{
+        let shape = near_shape(world, entry);
 {objects}    }}
 "
         );

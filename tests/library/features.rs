@@ -21,6 +21,7 @@ features! {
     genomes: "genomes",
     individual: "individual",
     members: "members",
+    near: "near",
     network: "network",
     observed: "observed",
     ordinary: "ordinary",

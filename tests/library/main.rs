@@ -58,6 +58,7 @@ mod missions;
 #[cfg(feature = "compose")]
 mod mutants;
 #[cfg(feature = "compose")]
+mod near;
 mod network;
 mod numerics;
 #[cfg(feature = "compose")]

@@ -11,6 +11,20 @@ fn shape_count(world: u32) -> u32 {
     return min(worlds[world].shapes, GREATEST_SHAPES);
 }
 
+// The objects that a body or a sensor at a place may notice: entries from `near_first` on, `near_count` of them, each for an object.
+// Here they are all objects; lib/near.wgsl has them for arenas of many.
+fn near_first(world: u32, at: vec2<f32>) -> u32 {
+    return worlds[world].first_shape;
+}
+
+fn near_count(world: u32, at: vec2<f32>) -> u32 {
+    return shape_count(world);
+}
+
+fn near_shape(world: u32, entry: u32) -> u32 {
+    return entry;
+}
+
 // From a point to the nearest point of a wall or a block, or to a round obstacle's centre, in mm.
 fn toward(shape: u32, at: vec2<f32>) -> vec2<f32> {
     let from_x = at.x - shapes[shape].x;
@@ -51,10 +65,11 @@ fn view_from(place: vec2<f32>, views: u32) -> u32 {
 
 // Whether a robot's body that stands there touches an object of its world.
 fn touches(world: u32, at: vec2<f32>) -> bool {
-    let first = worlds[world].first_shape;
-    let end = first + shape_count(world);
+    let first = near_first(world, at);
+    let end = first + near_count(world, at);
     var hit = false;
-    for (var shape = first; shape < end; shape++) {
+    for (var entry = first; entry < end; entry++) {
+        let shape = near_shape(world, entry);
         hit = hit | (squared_length(toward(shape, at)) < shapes[shape].contact_squared);
     }
     return hit;

@@ -1,9 +1,8 @@
 // What parts that a user wrote may ask of the world and of the experiment; docs/extend.md lists it. It stands after the values of
 // the parts, from GIVEN_CELL on, which is generated, in the order of `given` in src/world/given.rs. Places and sizes are in mm.
 
-// Most lights, patches, and walls, obstacles and blocks of an arena, as GREATEST_LIST in src/world/differential.rs and
-// GREATEST_SHAPES have them.
-const GREATEST_GIVEN: u32 = 64u;
+// Most elements of a list, as GREATEST in src/world/near.rs has it.
+const GREATEST_GIVEN: u32 = 4096u;
 // Where the numbers of these lists and their first cells are.
 const GIVEN_LISTS: u32 = 2u;
 const GIVEN_LIGHTS: u32 = 0u;

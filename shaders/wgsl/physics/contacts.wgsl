@@ -14,10 +14,11 @@ const FARTHEST: f32 = 0.75f;
 
 // Whether a body there and an object overlap by more than `less`, mm.
 fn presses(world: u32, at: vec2<f32>, less: f32) -> bool {
-    let first = worlds[world].first_shape;
-    let end = first + shape_count(world);
+    let first = near_first(world, at);
+    let end = first + near_count(world, at);
     var hit = false;
-    for (var shape = first; shape < end; shape++) {
+    for (var entry = first; entry < end; entry++) {
+        let shape = near_shape(world, entry);
         let near = shapes[shape].contact - less;
         hit = hit | (squared_length(toward(shape, at)) < near * near);
     }
@@ -26,10 +27,11 @@ fn presses(world: u32, at: vec2<f32>, less: f32) -> bool {
 
 // A place pushed out of each object that a body there would overlap, one after another.
 fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
-    let first = worlds[world].first_shape;
-    let end = first + shape_count(world);
+    let first = near_first(world, at);
+    let end = first + near_count(world, at);
     var place = at;
-    for (var shape = first; shape < end; shape++) {
+    for (var entry = first; entry < end; entry++) {
+        let shape = near_shape(world, entry);
         let to = toward(shape, place);
         let squared = squared_length(to);
         let near = shapes[shape].contact - TOUCH;

@@ -16,10 +16,11 @@ fn slid(world: u32, start: vec2<f32>, goal: vec2<f32>, closes: bool) -> vec2<f32
     if (!touches(world, goal)) {
         return goal;
     }
-    let first = worlds[world].first_shape;
-    let end = first + shape_count(world);
+    let first = near_first(world, goal);
+    let end = first + near_count(world, goal);
     var moved = vec2<f32>(goal.x - start.x, goal.y - start.y);
-    for (var shape = first; shape < end; shape++) {
+    for (var entry = first; entry < end; entry++) {
+        let shape = near_shape(world, entry);
         if (squared_length(toward(shape, goal)) < shapes[shape].contact_squared) {
             // Without what leads into the object.
             let to = toward(shape, start);

@@ -13,6 +13,8 @@ pub(crate) struct Owner {
     pub(crate) fields: Vec<String>,
     /// The kind of its episodes.
     pub(crate) episodes: EpisodeKind,
+    /// Whether its arena has many objects.
+    pub(crate) has_many_objects: bool,
     /// Whether its world has noise that the shipped kernels don't have.
     pub(crate) is_varied: bool,
 }

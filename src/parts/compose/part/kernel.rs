@@ -61,6 +61,9 @@ const DIFFERENCES: &str = "lib/differences.wgsl";
 /// The part of noise that the kernels that ship don't have.
 const VARIED: &str = "robot/varied.wgsl";
 
+/// The part of arenas of many objects.
+const NEAR: &str = "lib/near.wgsl";
+
 /// Whether an episode has that noise. Reality that is reported has none of the simulator's.
 fn is_varied(owner: &Owner) -> bool {
     owner.episodes == EpisodeKind::Simulated && owner.is_varied
@@ -268,6 +271,9 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     if is_varied(owner) {
         name += "+varied";
     }
+    if owner.has_many_objects {
+        name += "+near";
+    }
     for each in parts.iter() {
         let stem = Path::new(&each.part.path)
             .file_stem()
@@ -468,6 +474,9 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     }
     if is_varied(owner) {
         parts = with(parts, shipped(VARIED));
+    }
+    if owner.has_many_objects {
+        parts = with(parts, shipped(NEAR));
     }
     if custom.iter().any(|each| !each.part.is_of_oneiro) {
         for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {

@@ -1,0 +1,151 @@
+//! Arenas of many objects, of which robots look at those that are near.
+
+use oneiro::arena::{Arena, Block, Obstacle, Wall};
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
+use oneiro::cpu::Cpu;
+use oneiro::differential::{Build, Differential, Sensor, SensorKind};
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::random::Key;
+use oneiro::world::{Collision, Robot, World, WorldSpec};
+
+use crate::composed::Subject;
+
+/// A room with objects of all kinds in a pattern of 200 mm, and `far` more of them beyond its sides, where nothing notices them.
+fn spec(count: Option<u32>, far: usize) -> WorldSpec {
+    let mut arena = Arena::rectangle(1600.0, 1200.0);
+    for place in 0..40_u16 {
+        let [x, y] = [
+            f32::from(place % 8) * 200.0 + 100.0,
+            f32::from(place / 8) * 220.0 + 130.0,
+        ];
+        match place % 3 {
+            0 => arena.walls.push(Wall {
+                from: [x - 30.0, y],
+                to: [x + 30.0, y + 20.0],
+                ..Wall::default()
+            }),
+            1 => arena.obstacles.push(Obstacle {
+                x,
+                y,
+                radius: 20.0,
+                ..Obstacle::default()
+            }),
+            _ => arena.blocks.push(Block {
+                x,
+                y,
+                length: 50.0,
+                width: 15.0,
+                heading: 0.1,
+                ..Block::default()
+            }),
+        }
+    }
+    for place in 0..far {
+        arena.obstacles.push(Obstacle {
+            x: 5000.0 + 50.0 * (place % 30) as f32,
+            y: 50.0 * (place / 30) as f32,
+            radius: 10.0,
+            ..Obstacle::default()
+        });
+    }
+    let sensor = |name: &str, kind: SensorKind, heading: f32| Sensor {
+        name: name.to_owned(),
+        kind,
+        heading,
+        range: Some(70.0),
+        ..Sensor::default()
+    };
+    WorldSpec {
+        arena,
+        cycles: 80,
+        robot: Robot {
+            collision: if count.is_none() {
+                Collision::Slide
+            } else {
+                Collision::Undo
+            },
+            build: Build::Differential(Differential {
+                count,
+                sensors: vec![
+                    sensor("left", SensorKind::Proximity, 0.1),
+                    sensor("right", SensorKind::Proximity, -0.1),
+                    sensor("ahead", SensorKind::Distance, 0.0),
+                ],
+                ..Differential::new(51.0, 150.0)
+            }),
+            ..Robot::khepera()
+        },
+        ..WorldSpec::miglino1995()
+    }
+}
+
+fn batch(world: &World, count: usize) -> Batch {
+    let gene = |gene: usize| ((gene * 5 + 3) % 13) as f32 / 3.0 - 2.0;
+    let genomes: Vec<Vec<f32>> = (0..count)
+        .map(|individual| (0..world.genes()).map(|index| gene(index + 3 * individual)).collect())
+        .collect();
+    let rollout = |(individual, genes)| Rollout {
+        world: 0,
+        genes,
+        key: Key::rollout(2, 0, individual, 0),
+    };
+    let rollouts: Vec<_> = (0..).zip(genomes.iter().map(Vec::as_slice)).map(rollout).collect();
+    Batch::new(std::slice::from_ref(world), &rollouts, Some(TraceRequest { every: 1 })).unwrap()
+}
+
+pub(crate) fn subjects() -> Vec<Subject> {
+    [None, Some(4)]
+        .map(|count| {
+            let world = World::new(spec(count, 100)).unwrap();
+            let name = if count.is_none() { "alone" } else { "four robots" };
+            Subject::new(name, 64, 2, |count| batch(&world, count)).without_specialising()
+        })
+        .into()
+}
+
+/// Looking at what is near has the bits of looking at everything.
+#[test]
+fn objects_that_are_far_away_change_nothing() {
+    let lived = |spec: WorldSpec| {
+        let world = World::new(spec).unwrap_or_else(|invalid| panic!("{invalid}"));
+        let mut cpu = Cpu::new(Some(1)).unwrap();
+        let outcome = cpu.evaluate(&batch(&world, 64), &Control::new()).unwrap();
+        let words: Vec<u32> = outcome.traces.iter().flat_map(Trace::words).collect();
+        let collisions = outcome
+            .traces
+            .iter()
+            .flatten()
+            .filter(|record| record.collided > 0.0)
+            .count();
+        (outcome.fitness, words, collisions)
+    };
+    for count in [None, Some(4)] {
+        // 44 objects, and 1344 of which 1300 are far away.
+        let (few, many) = (lived(spec(count, 0)), lived(spec(count, 1300)));
+        assert!(few.2 > 50, "{} collisions", few.2);
+        assert_eq!(few, many);
+    }
+}
+
+#[test]
+fn limits_of_objects_are_refused() {
+    let refused = |spec: WorldSpec, words: &str| {
+        let invalid = World::new(spec).unwrap_err();
+        assert!(invalid.field == "arena" && invalid.problem.contains(words), "{invalid}");
+    };
+    refused(spec(None, 4100), "0 to 4096 together");
+    let mut crowded = spec(None, 0);
+    crowded.arena.obstacles.extend((0..600_u16).map(|place| Obstacle {
+        x: 700.0 + f32::from(place) * 0.01,
+        y: 500.0,
+        radius: 5.0,
+        ..Obstacle::default()
+    }));
+    refused(crowded, "near one place; allowed: 512");
+    let sampled = WorldSpec {
+        arena: spec(None, 40).arena,
+        ..WorldSpec::miglino1995()
+    };
+    // Sampled robots have no table for blocks, and at most 64 objects.
+    refused(sampled, "0 to 64 together");
+}
