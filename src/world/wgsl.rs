@@ -261,9 +261,9 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     if !objects.is_empty() {
         objects = format!(
             "    let first = near_first(world, at);
-    let end = first + near_count(world, at);
-    for (var entry = first; entry < end; entry++) {{
-        let shape = near_shape(world, entry);
+    let near = near_count(world, at);
+    for (var index = 0u; index < near; index++) {{
+        let shape = near_shape(world, first + index);
 {objects}    }}
 "
         );

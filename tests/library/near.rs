@@ -142,10 +142,7 @@ fn limits_of_objects_are_refused() {
         ..Obstacle::default()
     }));
     refused(crowded, "near one place; allowed: 512");
-    let sampled = WorldSpec {
-        arena: spec(None, 40).arena,
-        ..WorldSpec::miglino1995()
-    };
-    // Sampled robots have no table for blocks, and at most 64 objects.
+    let mut sampled = WorldSpec::miglino1995();
+    sampled.arena.obstacles = spec(None, 100).arena.obstacles;
     refused(sampled, "0 to 64 together");
 }

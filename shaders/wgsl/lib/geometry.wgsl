@@ -66,10 +66,10 @@ fn view_from(place: vec2<f32>, views: u32) -> u32 {
 // Whether a robot's body that stands there touches an object of its world.
 fn touches(world: u32, at: vec2<f32>) -> bool {
     let first = near_first(world, at);
-    let end = first + near_count(world, at);
+    let count = near_count(world, at);
     var hit = false;
-    for (var entry = first; entry < end; entry++) {
-        let shape = near_shape(world, entry);
+    for (var index = 0u; index < count; index++) {
+        let shape = near_shape(world, first + index);
         hit = hit | (squared_length(toward(shape, at)) < shapes[shape].contact_squared);
     }
     return hit;

@@ -15,10 +15,10 @@ const FARTHEST: f32 = 0.75f;
 // Whether a body there and an object overlap by more than `less`, mm.
 fn presses(world: u32, at: vec2<f32>, less: f32) -> bool {
     let first = near_first(world, at);
-    let end = first + near_count(world, at);
+    let count = near_count(world, at);
     var hit = false;
-    for (var entry = first; entry < end; entry++) {
-        let shape = near_shape(world, entry);
+    for (var index = 0u; index < count; index++) {
+        let shape = near_shape(world, first + index);
         let near = shapes[shape].contact - less;
         hit = hit | (squared_length(toward(shape, at)) < near * near);
     }
@@ -28,10 +28,10 @@ fn presses(world: u32, at: vec2<f32>, less: f32) -> bool {
 // A place pushed out of each object that a body there would overlap, one after another.
 fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
     let first = near_first(world, at);
-    let end = first + near_count(world, at);
+    let count = near_count(world, at);
     var place = at;
-    for (var entry = first; entry < end; entry++) {
-        let shape = near_shape(world, entry);
+    for (var index = 0u; index < count; index++) {
+        let shape = near_shape(world, first + index);
         let to = toward(shape, place);
         let squared = squared_length(to);
         let near = shapes[shape].contact - TOUCH;

@@ -17,10 +17,10 @@ fn slid(world: u32, start: vec2<f32>, goal: vec2<f32>, closes: bool) -> vec2<f32
         return goal;
     }
     let first = near_first(world, goal);
-    let end = first + near_count(world, goal);
+    let count = near_count(world, goal);
     var moved = vec2<f32>(goal.x - start.x, goal.y - start.y);
-    for (var entry = first; entry < end; entry++) {
-        let shape = near_shape(world, entry);
+    for (var index = 0u; index < count; index++) {
+        let shape = near_shape(world, first + index);
         if (squared_length(toward(shape, goal)) < shapes[shape].contact_squared) {
             // Without what leads into the object.
             let to = toward(shape, start);

@@ -332,7 +332,7 @@ fn invalid(parts: &OwnParts, robot: &Make, refusals: &[Refusal]) -> Invalid {
     let is_refused = |path: &str| refusals.iter().any(|refusal| refusal.place.path == path);
     let refused = parts.iter().find(|part| is_refused(&part.part.path));
     let Some(part) = refused.or_else(|| parts.iter().next()) else {
-        return Invalid::new("part", "there is none");
+        return Invalid::new("part", Refused::all(refusals).to_string());
     };
     // Some mistakes only show in a shipped part, such as a function of the user's that calls its caller.
     let through = if refused.is_none() {
