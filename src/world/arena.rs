@@ -1,10 +1,10 @@
 //! Arenas as data: walls, round obstacles and blocks. An arena is checked when a world is made from it.
 
 use glam::Vec2;
+use oneiro_shaders::episode;
 
 use crate::exact::cosine;
 use crate::parameter::field_of_pairs;
-use crate::world::near;
 
 /// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right
 /// and y up.
@@ -33,6 +33,11 @@ pub struct Arena {
     /// Height of all walls, blocks and obstacles, mm, for the lamps of a robot with a reference model. `None`: they hide every lamp.
     pub wall_height: Option<f32>,
 }
+
+/// Most walls, obstacles and blocks of an arena.
+pub const GREATEST_OBJECTS: usize = 4096;
+/// Most of them where a robot looks at all: sampled robots, those with sampled sensors or a reference model, and surrogates.
+pub const GREATEST_SEEN: usize = episode::GREATEST_SHAPES as usize;
 
 /// Corners of a polygon, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -328,7 +333,7 @@ impl Arena {
 
     /// Whether these are so many that a grid says which are near.
     pub(crate) fn has_many(&self) -> bool {
-        self.objects() > near::FEW
+        self.objects() > GREATEST_SEEN
     }
 
     /// The walls that are the sides of a convex polygon.

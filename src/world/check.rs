@@ -12,10 +12,9 @@ pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
 use crate::parts::compose::{GREATEST_GENES, Kind, OwnPart};
 use crate::parts::network::Network;
-use crate::world::arena::{Arena, Field, Wall};
+use crate::world::arena::{Arena, Field, GREATEST_OBJECTS, GREATEST_SEEN, Wall};
 use crate::world::body::Collision;
 use crate::world::described::{Described, Drive, Together};
-use crate::world::near;
 use crate::world::noise::Noise;
 use crate::world::pack;
 use crate::world::parameters::{COORDINATE, LENGTH, PARAMETERS};
@@ -216,8 +215,8 @@ fn few_objects(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
         "{} walls, obstacles and blocks; allowed: 0 to {} together, and {} with a parametric robot without sampled sensors, robot.model and \
          surrogate",
         spec.arena.objects(),
-        near::FEW,
-        near::GREATEST
+        GREATEST_SEEN,
+        GREATEST_OBJECTS
     );
     Err(Invalid::new("arena", problem))
 }
@@ -504,10 +503,10 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     allowed_number("arena.width_mm", width, LENGTH)?;
     allowed_number("arena.height_mm", height, LENGTH)?;
     let shapes = arena.objects();
-    if shapes > near::GREATEST {
+    if shapes > GREATEST_OBJECTS {
         let problem = format!(
             "{shapes} walls, obstacles and blocks; allowed: 0 to {} together",
-            near::GREATEST
+            GREATEST_OBJECTS
         );
         return Err(Invalid::new("arena", problem));
     }

@@ -16,7 +16,7 @@ use crate::world::body::Collision;
 use crate::world::described::Drive;
 use crate::world::forager::Forager;
 use crate::world::given;
-use crate::world::near;
+use crate::world::near::Grid;
 use crate::world::physics::Physics;
 use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::world::start::Area;
@@ -54,10 +54,9 @@ impl Packed {
             });
         }
         let shapes = shapes(spec, physics);
-        let near = if spec.arena.has_many() {
-            near::cells(&shapes, spec.robot.body_radius)?
-        } else {
-            Vec::new()
+        let near = match touching(spec, &shapes) {
+            Some(grid) => grid.cells()?,
+            None => Vec::new(),
         };
         let area = Area::of(spec)?;
         let free = Free::of(area, &shapes);
@@ -525,6 +524,11 @@ pub(super) fn squared_distance(shape: &episode::Shape, at: Vec2) -> f32 {
     let along = (from.x * shape.scaled_x + from.y * shape.scaled_y).clamp(0.0, 1.0);
     let to = along * Vec2::new(shape.length_x, shape.length_y) - from;
     to.x * to.x + to.y * to.y
+}
+
+/// The grid of an arena of many objects.
+pub(super) fn touching(spec: &WorldSpec, shapes: &[episode::Shape]) -> Option<Grid> {
+    spec.arena.has_many().then(|| Grid::new(shapes, spec.robot.body_radius))
 }
 
 pub(super) fn touches(shapes: &[episode::Shape], at: Vec2) -> bool {

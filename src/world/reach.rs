@@ -8,7 +8,7 @@ use oneiro_shaders::episode;
 
 use crate::world::arena::Field;
 use crate::world::check::farthest;
-use crate::world::pack::{objects, patch, shapes, squared_distance, touches};
+use crate::world::pack::{objects, patch, shapes, squared_distance, touches, touching};
 use crate::world::physics::Physics;
 use crate::world::sensors::Feature;
 use crate::world::spec::{Start, WorldSpec};
@@ -48,9 +48,12 @@ impl Reached {
             Some(area) => area.contains(at),
             None => places.iter().any(|place| at.distance(*place) < step),
         };
-        let mut is_free: Vec<bool> = (0..columns * rows)
-            .map(|point| !touches(&shapes, place(point)))
-            .collect();
+        let grid = touching(spec, &shapes);
+        let touches = |at: Vec2| match &grid {
+            Some(grid) => grid.touches(&shapes, at),
+            None => touches(&shapes, at),
+        };
+        let mut is_free: Vec<bool> = (0..columns * rows).map(|point| !touches(place(point))).collect();
         let mut next: Vec<usize> = (0..columns * rows)
             .filter(|&point| is_free[point] && may_start(place(point)))
             .collect();

@@ -1,7 +1,7 @@
 // What parts that a user wrote may ask of the world and of the experiment; docs/extend.md lists it. It stands after the values of
 // the parts, from GIVEN_CELL on, which is generated, in the order of `given` in src/world/given.rs. Places and sizes are in mm.
 
-// Most elements of a list, as GREATEST in src/world/near.rs has it.
+// Most elements of a list, as GREATEST_OBJECTS in src/world/arena.rs has it.
 const GREATEST_GIVEN: u32 = 4096u;
 // Where the numbers of these lists and their first cells are.
 const GIVEN_LISTS: u32 = 2u;

@@ -5,6 +5,7 @@
 // of the longest list, by which loops are bounded; then for each
 // square the first entry of its list and the number of entries, two squares a cell; then the lists, four entries a cell.
 
+// As GREATEST_OBJECTS in src/world/arena.rs has it.
 const GREATEST_SHAPES: u32 = 4096u;
 // Most entries of a square's list.
 const GREATEST_NEAR: u32 = 512u;

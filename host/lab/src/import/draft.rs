@@ -4,13 +4,11 @@ use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use oneiro::arena::{GREATEST_OBJECTS, GREATEST_SEEN};
 use oneiro_base::console::shown;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
-use oneiro_shaders::episode;
 
-/// Maximum of walls, obstacles and blocks together.
-pub(super) const GREATEST_SHAPES: usize = episode::GREATEST_SHAPES as usize;
 /// Maximum of robots in a swarm.
 pub(super) const GREATEST_COUNT: usize = 128;
 /// Places that an experiment may name, mm.
@@ -397,12 +395,16 @@ impl Draft {
 
     /// Leaves out the solid things for which Oneiro has no room.
     fn shorten(&mut self) {
-        let room = GREATEST_SHAPES
-            - self
-                .outline
-                .as_ref()
-                .map_or(0, |(outline, ..)| outline.count())
-                .min(GREATEST_SHAPES);
+        let looks_at_all = |entry: &Entry| {
+            entry.table == "robot" && (["model", "tables"].contains(&entry.key) || entry.value.contains("rm1."))
+        };
+        let most = if self.entries.iter().any(looks_at_all) {
+            GREATEST_SEEN
+        } else {
+            GREATEST_OBJECTS
+        };
+        let sides = self.outline.as_ref().map_or(0, |(outline, ..)| outline.count());
+        let room = most.saturating_sub(sides);
         let count = self.things.iter().filter(|(thing, _)| thing.is_solid()).count();
         let mut kept = 0;
         let (name, left_out) = (count, &mut self.left_out);
@@ -411,7 +413,7 @@ impl Draft {
             let is_kept = !thing.is_solid() || kept <= room;
             if !is_kept {
                 let why = format!(
-                    "{name} walls, obstacles and blocks; allowed: {GREATEST_SHAPES} together, the arena's sides included; those of the \
+                    "{name} walls, obstacles and blocks; allowed: {most} together, the arena's sides included; those of the \
                      first lines are taken"
                 );
                 left_out.push(Note::new(note.line, note.what.clone(), why));

@@ -310,27 +310,27 @@ fn an_ini_of_evorobotpy_becomes_an_experiment() {
 
 #[test]
 fn things_for_which_there_is_no_room_are_named() {
-    let walls: Vec<String> = (0..70)
+    let walls: Vec<String> = (0..4100)
         .map(|wall| {
             format!(
                 "<wall x=\"{}\" y=\"{}\" l1=\"2\" l2=\"1\" h=\"5\"/>\n",
-                10 + 10 * (wall % 10),
-                10 + 8 * (wall / 10)
+                10 + 10 * (wall % 70),
+                10 + 8 * (wall / 70)
             )
         })
         .collect();
     let walls = walls.concat();
     let made = good(
         "many.playground",
-        &format!("<aseba-playground><world w=\"400\" h=\"300\"/>\n{walls}</aseba-playground>"),
+        &format!("<aseba-playground><world w=\"800\" h=\"600\"/>\n{walls}</aseba-playground>"),
     );
     assert_eq!(
         made.text.matches("[[arena.blocks]]").count(),
-        draft::GREATEST_SHAPES - 4
+        oneiro::arena::GREATEST_OBJECTS - 4
     );
     has(
         &made.not_taken(),
-        &["many.playground:62: <wall>: not taken: 70 walls, obstacles and blocks; allowed: 64 together"],
+        &["many.playground:4094: <wall>: not taken: 4100 walls, obstacles and blocks; allowed: 4096 together"],
     );
 }
 
