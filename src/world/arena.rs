@@ -232,6 +232,24 @@ pub(crate) fn axis(heading: f32) -> Vec2 {
     Vec2::new(x as f32, y as f32)
 }
 
+impl Patch {
+    /// A rectangle's shape; of a disc only the place is meant.
+    pub(crate) fn shape(&self) -> episode::Shape {
+        let axis = axis(self.heading);
+        let [length, width] = self.sides.unwrap_or_default();
+        episode::Shape {
+            x: self.x,
+            y: self.y,
+            unit_x: axis.x,
+            unit_y: axis.y,
+            half_length: 0.5 * length,
+            half_width: 0.5 * width,
+            kind: episode::BLOCK,
+            ..episode::Shape::default()
+        }
+    }
+}
+
 impl Block {
     /// Direction of its length as a unit vector, exactly along an axis if it is nearly so.
     pub fn axis(&self) -> Vec2 {

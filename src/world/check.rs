@@ -21,8 +21,8 @@ use crate::world::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use crate::world::physics::Physics;
 use crate::world::reference::Model;
 use crate::world::robot::{Build, Robot};
-use crate::world::spec::{Controller, Start, Task, WorldSpec};
-use crate::world::start::{Area, GREATEST_POSES};
+use crate::world::spec::{Controller, Task, WorldSpec};
+use crate::world::start::{Area, GREATEST_POSES, Start};
 use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
@@ -333,7 +333,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     }
     // Each robot keeps a disc of twice its radius from the centres of others; a draw finds a place with a chance of a half.
     let disc = 4.0 * std::f32::consts::PI * spec.robot.body_radius * spec.robot.body_radius;
-    let area = Area::of(spec)?;
+    let area = Area::of(&spec.start, &spec.arena)?;
     let Field { width, height, .. } = area.bounds();
     let most = 0.5 * pack::free_share(spec, physics, area) * width * height / disc;
     if *count as f32 <= most {
@@ -573,7 +573,7 @@ fn start(spec: &WorldSpec) -> Result<(), Invalid> {
         return Err(Invalid::new("start.poses", problem));
     }
     let Start::At { x, y, .. } = spec.start else {
-        return Area::of(spec).map(|_| ());
+        return Area::of(&spec.start, &spec.arena).map(|_| ());
     };
     number("start.x_mm", x, walled.x..=walled.x + walled.width)?;
     number("start.y_mm", y, walled.y..=walled.y + walled.height)

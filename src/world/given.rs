@@ -2,7 +2,6 @@
 
 use crate::exact::zero;
 use crate::world::arena::{self, Block, Light, Obstacle, Patch, Wall};
-use crate::world::pack;
 use crate::world::spec::WorldSpec;
 
 /// Cells before those of the lists' elements: the body and the floor, the field, and a cell for each list.
@@ -42,7 +41,7 @@ fn light(light: &Light) -> [[f32; 4]; 2] {
 }
 
 fn patch(patch: &Patch) -> [[f32; 4]; 2] {
-    let shape = pack::patch(patch);
+    let shape = patch.shape();
     [
         [shape.x, shape.y, shape.unit_x, shape.unit_y],
         [

@@ -1,11 +1,10 @@
-//! A grid over an arena of many objects, which says what may matter at a place: `lib/near.wgsl` reads it.
+//! Which objects are near a place; in arenas of many objects by a grid, which `lib/near.wgsl` reads.
 
 use glam::Vec2;
-use oneiro_shaders::episode;
+use oneiro_shaders::episode::{self, BLOCK};
 
 use crate::exact::zero;
 use crate::parameter::Invalid;
-use crate::world::pack::squared_distance;
 
 /// Most objects of a square's list, as `lib/near.wgsl` has it.
 const GREATEST_NEAR: usize = 512;
@@ -13,6 +12,35 @@ const GREATEST_NEAR: usize = 512;
 const GREATEST_SIDE: f32 = 192.0;
 /// Added to every distance, mm: more than any rounding.
 const MARGIN: f32 = 1.0;
+
+/// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,
+/// mm², as the kernels compute it.
+pub(super) fn squared_distance(shape: &episode::Shape, at: Vec2) -> f32 {
+    let from = at - Vec2::new(shape.x, shape.y);
+    if shape.kind == BLOCK {
+        let along = from.x * shape.unit_x + from.y * shape.unit_y;
+        let across = from.y * shape.unit_x - from.x * shape.unit_y;
+        let beyond = Vec2::new(
+            along - along.clamp(-shape.half_length, shape.half_length),
+            across - across.clamp(-shape.half_width, shape.half_width),
+        );
+        let to = Vec2::new(
+            beyond.y * shape.unit_y - beyond.x * shape.unit_x,
+            -(beyond.x * shape.unit_y) - beyond.y * shape.unit_x,
+        );
+        return to.x * to.x + to.y * to.y;
+    }
+    let along = (from.x * shape.scaled_x + from.y * shape.scaled_y).clamp(0.0, 1.0);
+    let to = along * Vec2::new(shape.length_x, shape.length_y) - from;
+    to.x * to.x + to.y * to.y
+}
+
+/// Whether a body at a place touches an object.
+pub(super) fn touches(shapes: &[episode::Shape], at: Vec2) -> bool {
+    shapes
+        .iter()
+        .any(|shape| squared_distance(shape, at) < shape.contact_squared)
+}
 
 /// Squares over an arena's objects. Each lists those that a body in it touches or may be pushed against, and those that a sensor
 /// notices.

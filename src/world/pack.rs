@@ -11,15 +11,15 @@ use crate::cells::Cells;
 use crate::exact::zero;
 use crate::parameter::Invalid;
 use crate::parts::compose::OwnParts;
-use crate::world::arena::{self, Field, Patch};
+use crate::world::arena::Field;
 use crate::world::body::Collision;
 use crate::world::described::Drive;
 use crate::world::forager::Forager;
 use crate::world::given;
-use crate::world::near::Grid;
+use crate::world::near::{Grid, squared_distance, touches};
 use crate::world::physics::Physics;
-use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
-use crate::world::start::Area;
+use crate::world::spec::{Activation, Controller, Difference, Speed, Task, WorldSpec};
+use crate::world::start::{Area, Start};
 use crate::world::surrogate::{self, Object};
 use crate::world::tables::{MotorTable, SENSORS, SensorTable};
 
@@ -58,7 +58,7 @@ impl Packed {
             Some(grid) => grid.cells()?,
             None => Vec::new(),
         };
-        let area = Area::of(spec)?;
+        let area = Area::of(&spec.start, &spec.arena)?;
         let free = Free::of(area, &shapes);
         let (random_start, start) = match spec.start {
             Start::Random => (1, random_start(&free, "arena", "its start field")?),
@@ -193,7 +193,7 @@ fn world(
     shapes: u32,
 ) -> Result<episode::World, Invalid> {
     let Field { x, y, width, height } = spec.arena.field;
-    let area = Area::of(spec)?;
+    let area = Area::of(&spec.start, &spec.arena)?;
     let [zone_x, zone_y, zone_width, zone_height] = area.numbers().map(zero);
     let (low, high) = spec.noise.sensor;
     let (task_choices, new_cell) = task(spec.task);
@@ -313,22 +313,6 @@ fn task(task: Task) -> (u32, f32) {
         Activation::None => episode::NO_ACTIVATION_TERM,
     };
     (speed | difference | activation, new_cell)
-}
-
-/// A patch's shape.
-pub(super) fn patch(patch: &Patch) -> episode::Shape {
-    let axis = arena::axis(patch.heading);
-    let [length, width] = patch.sides.unwrap_or_default();
-    episode::Shape {
-        x: patch.x,
-        y: patch.y,
-        unit_x: axis.x,
-        unit_y: axis.y,
-        half_length: 0.5 * length,
-        half_width: 0.5 * width,
-        kind: BLOCK,
-        ..episode::Shape::default()
-    }
 }
 
 /// Shapes of the walls, the obstacles and the blocks, in this order.
@@ -504,37 +488,9 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
     at.distance(from + along.clamp(0.0, 1.0) * length)
 }
 
-/// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,
-/// mm², as the kernels compute it.
-pub(super) fn squared_distance(shape: &episode::Shape, at: Vec2) -> f32 {
-    let from = at - Vec2::new(shape.x, shape.y);
-    if shape.kind == BLOCK {
-        let along = from.x * shape.unit_x + from.y * shape.unit_y;
-        let across = from.y * shape.unit_x - from.x * shape.unit_y;
-        let beyond = Vec2::new(
-            along - along.clamp(-shape.half_length, shape.half_length),
-            across - across.clamp(-shape.half_width, shape.half_width),
-        );
-        let to = Vec2::new(
-            beyond.y * shape.unit_y - beyond.x * shape.unit_x,
-            -(beyond.x * shape.unit_y) - beyond.y * shape.unit_x,
-        );
-        return to.x * to.x + to.y * to.y;
-    }
-    let along = (from.x * shape.scaled_x + from.y * shape.scaled_y).clamp(0.0, 1.0);
-    let to = along * Vec2::new(shape.length_x, shape.length_y) - from;
-    to.x * to.x + to.y * to.y
-}
-
 /// The grid of an arena of many objects.
 pub(super) fn touching(spec: &WorldSpec, shapes: &[episode::Shape]) -> Option<Grid> {
     spec.arena.has_many().then(|| Grid::new(shapes, spec.robot.body_radius))
-}
-
-pub(super) fn touches(shapes: &[episode::Shape], at: Vec2) -> bool {
-    shapes
-        .iter()
-        .any(|shape| squared_distance(shape, at) < shape.contact_squared)
 }
 
 /// Gap between a robot and the nearest object, mm.

@@ -8,11 +8,12 @@ use oneiro_shaders::episode;
 
 use crate::world::arena::Field;
 use crate::world::check::farthest;
-use crate::world::pack::{objects, patch, shapes, squared_distance, touches, touching};
+use crate::world::near::{squared_distance, touches};
+use crate::world::pack::{objects, shapes, touching};
 use crate::world::physics::Physics;
 use crate::world::sensors::Feature;
-use crate::world::spec::{Start, WorldSpec};
-use crate::world::start::Area;
+use crate::world::spec::WorldSpec;
+use crate::world::start::{Area, Start};
 
 /// Points along the longest side of the grid: a hundredth of a second for a few dozen objects.
 const MOST: f32 = 400.0;
@@ -86,7 +87,10 @@ impl Reached {
 
 /// Where a world's starts are drawn from; `None` if it says where they are.
 fn area(spec: &WorldSpec) -> Option<Area> {
-    spec.start.is_drawn().then(|| Area::of(spec).ok()).flatten()
+    spec.start
+        .is_drawn()
+        .then(|| Area::of(&spec.start, &spec.arena).ok())
+        .flatten()
 }
 
 /// Where its starts are.
@@ -165,7 +169,7 @@ fn things(spec: &WorldSpec, physics: &Physics) -> Vec<Thing> {
     let offset = offset.fold(0.0, f32::max);
     things.extend(arena.patches.iter().enumerate().map(|(index, patch_of_floor)| {
         let distance = patch_of_floor.radius.unwrap_or(0.0) + offset;
-        (format!("arena.patches[{index}]"), patch(patch_of_floor), distance)
+        (format!("arena.patches[{index}]"), patch_of_floor.shape(), distance)
     }));
     things
 }

@@ -11,7 +11,7 @@ use crate::world::arena::Arena;
 use crate::world::forager::Forager;
 use crate::world::noise::Noise;
 use crate::world::robot::{Build, Robot};
-use crate::world::start::{Poses, Zone};
+use crate::world::start::Start;
 use crate::world::surrogate::Surrogate;
 use crate::world::tables::SENSOR_NAMES;
 use crate::world::varied::Varied;
@@ -164,33 +164,6 @@ impl Task {
             *new_cell = value;
         }
         self
-    }
-}
-
-/// Start of an episode.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Start {
-    /// A free pose, drawn uniformly over the arena's field and all headings with the episode's own key.
-    Random,
-    /// A fixed pose: x and y in mm, heading in turns counter-clockwise from the x axis.
-    At {
-        /// x in mm.
-        x: f32,
-        /// y in mm.
-        y: f32,
-        /// Heading in turns, -1 to 1; a world has it from 0 to less than 1.
-        heading: f32,
-    },
-    /// A list of poses: trial after trial takes the next one.
-    Poses(Poses),
-    /// A free pose in a part of the arena, drawn like [`Start::Random`].
-    Zone(Zone),
-}
-
-impl Start {
-    /// Whether poses are drawn.
-    pub fn is_drawn(&self) -> bool {
-        matches!(self, Self::Random | Self::Zone(_))
     }
 }
 

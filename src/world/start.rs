@@ -4,10 +4,36 @@ use glam::Vec2;
 
 use crate::parameter::{Datum, Invalid};
 use crate::world::arena::{Arena, Field, Patch};
-use crate::world::spec::{Start, WorldSpec};
 
 /// Most poses of a list.
 pub(crate) const GREATEST_POSES: usize = 1000;
+
+/// Start of an episode.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// A free pose, drawn uniformly over the arena's field and all headings with the episode's own key.
+    Random,
+    /// A fixed pose: x and y in mm, heading in turns counter-clockwise from the x axis.
+    At {
+        /// x in mm.
+        x: f32,
+        /// y in mm.
+        y: f32,
+        /// Heading in turns, -1 to 1; a world has it from 0 to less than 1.
+        heading: f32,
+    },
+    /// A list of poses: trial after trial takes the next one.
+    Poses(Poses),
+    /// A free pose in a part of the arena, drawn like [`Start::Random`].
+    Zone(Zone),
+}
+
+impl Start {
+    /// Whether poses are drawn.
+    pub fn is_drawn(&self) -> bool {
+        matches!(self, Self::Random | Self::Zone(_))
+    }
+}
 
 /// Starts of which trial after trial takes the next: x and y in mm, heading in turns.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,13 +108,13 @@ impl Area {
     ///
     /// # Errors
     /// A zone that is none, or beyond the arena.
-    pub(crate) fn of(spec: &WorldSpec) -> Result<Self, Invalid> {
-        let Start::Zone(zone) = &spec.start else {
-            return Ok(Self::of_field(&spec.arena));
+    pub(crate) fn of(start: &Start, arena: &Arena) -> Result<Self, Invalid> {
+        let Start::Zone(zone) = start else {
+            return Ok(Self::of_field(arena));
         };
-        let area = zone.area(&spec.arena)?;
+        let area = zone.area(arena)?;
         let Field { x, y, width, height } = area.bounds();
-        let walled = spec.arena.walled();
+        let walled = arena.walled();
         if walled.contains(x, y) && walled.contains(x + width, y + height) {
             return Ok(area);
         }

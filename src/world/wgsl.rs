@@ -9,7 +9,8 @@ use crate::world::arena::{Arena, Patch};
 use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
 use crate::world::reference::Reference;
 use crate::world::sensors::{Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
-use crate::world::spec::{Start, WorldSpec};
+use crate::world::spec::WorldSpec;
+use crate::world::start::Start;
 use crate::world::tables::SensorTables;
 
 /// Generates the WGSL of a world's parametric robot, or of an individual that differs from it.

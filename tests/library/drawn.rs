@@ -331,7 +331,7 @@ fn what_cannot_vary_is_refused() {
     refused(
         vary("arena.obstacles[0].x_mm", range(2.0, 1.0)),
         "worlds.vary",
-        "[least, greatest]",
+        "[minimum, maximum]",
     );
     refused(vary("noise.sensor", range(0.0, 1.0)), "worlds.vary", "two such ranges");
     refused(

@@ -586,7 +586,7 @@ mod tests {
             all,
             [Cut {
                 groups: 0..6,
-                inputs: 0..64 * (4 * 15 + 2 * 26),
+                inputs: 0..64 * (4 * 16 + 2 * 27),
                 cycles: 0..80,
                 world: None
             }]
@@ -596,7 +596,7 @@ mod tests {
             part,
             [Cut {
                 groups: 0..4,
-                inputs: 0..64 * (3 * 15 + 26),
+                inputs: 0..64 * (3 * 16 + 27),
                 cycles: 0..80,
                 world: None
             }]
@@ -608,7 +608,7 @@ mod tests {
     fn cuts_keep_to_every_bound_and_leave_nothing_out() {
         let plain = batch(None);
         let traced = batch(Some(TraceRequest { every: 10 }));
-        // The inputs of a group take 3,840 bytes with 13 genes, and 6,656 with 24 genes. The kept buffers are larger than the former.
+        // The inputs of a group take 4,096 bytes with 13 genes, and 6,912 with 24 genes. The kept buffers are larger than the former.
         let kept = (LANES * (4 * plain.state_words() + size_of::<f32>())) as u64;
         let eight_records = (4 * LANES * 8 * plain.record_words()) as u64;
         for (batch, bounds, expected) in [
@@ -625,7 +625,7 @@ mod tests {
             (
                 &plain,
                 Bytes {
-                    cut: 2 * (6_656 + kept),
+                    cut: 2 * (6_912 + kept),
                     ..ANY
                 },
                 vec![0..2, 2..4, 4..6],
