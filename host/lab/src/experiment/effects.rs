@@ -229,6 +229,8 @@ const SAME: &[(&str, &[&str], &str)] = &[
         "the task counts robots on patches, which a millimetre rarely changes",
     ),
     ("arena.height_mm", &["swarm"], "likewise"),
+    ("arena.", &["rectangle"], "its sides are far away"),
+    ("robot.contact", &["nest"], "two robots that don't meet"),
     (
         "arena.floor",
         &["coevolution", "genes with ranges"],

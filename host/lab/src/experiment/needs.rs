@@ -5,7 +5,7 @@ use oneiro::arena::Arena;
 use oneiro::differential::{Build, Feature};
 use oneiro::reference::{Model, Reference};
 use oneiro::surrogate::Difference;
-use oneiro::world::{Controller, Gene, World};
+use oneiro::world::{Controller, Gene, Start, World};
 use oneiro_base::exit::Result;
 pub(super) use oneiro_evolve::settings::Need;
 use toml::Table;
@@ -181,15 +181,15 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
         Controller::StateMachine(_) | Controller::BehaviourTree(_) | Controller::Behaviours
     );
     let starts_drawn = match &world.robot.build {
-        Build::Differential(own) => own.count.is_some() && own.starts.is_none(),
+        Build::Differential(own) => own.count.is_some() && own.starts.is_none() && world.start == Start::Random,
         Build::Sampled | Build::Forager(_) => false,
     };
     let mut needs = vec![
         Need::new(
             &["arena.start_radius_mm"],
             starts_drawn,
-            "with robot.count, and without robot.starts_mm; a single robot starts anywhere in the arena, or at start.x_mm and start.y_mm",
-            &["robot.count", "robot.starts_mm"],
+            "with robot.count, and without robot.starts_mm and start.kind; start.kind = \"zone\" is a disc for any robots",
+            &["robot.count", "robot.starts_mm", "start.kind"],
         ),
         Need::new(
             &["sensor", "robot.sensors"],

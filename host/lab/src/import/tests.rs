@@ -521,5 +521,5 @@ fn deep_and_wide_files_end_with_a_sentence() {
     bad("grids.argos", &grids);
     let walls = "<wall x=\"5\" y=\"5\" l1=\"1\" l2=\"1\"/>".repeat(20_000);
     let many = format!("<aseba-playground><world w=\"120\" h=\"80\"/>{walls}</aseba-playground>");
-    good("wide.playground", &many);
+    bad("wide.playground", &many);
 }

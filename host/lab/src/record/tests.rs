@@ -58,7 +58,7 @@ impl Evaluator for Mock {
         for group in part.group_table() {
             for lane in 0..LANES {
                 let first = (group.inputs - part.first_input()) as usize + lane;
-                let genes = part.inputs()[first..].iter().step_by(LANES).skip(2).take(18);
+                let genes = part.inputs()[first..].iter().step_by(LANES).skip(3).take(18);
                 let genes: Vec<f32> = genes.map(|&gene| f32::from_bits(gene)).collect();
                 let score = -genes.iter().map(|gene| (gene - 0.5) * (gene - 0.5)).sum::<f32>();
                 let lie = if traced > 0 { self.lies } else { 0.0 };

@@ -300,7 +300,8 @@ struct Leaf {
 
 /// The values below a table of the file, in the order of the file.
 fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>> {
-    fn collect(prefix: &str, values: &Table, is_leaf: &dyn Fn(&Table) -> bool, leaves: &mut Vec<(String, Value)>) {
+    type IsLeaf<'a> = &'a dyn Fn(&str, &Table) -> bool;
+    fn collect(prefix: &str, values: &Table, is_leaf: IsLeaf<'_>, leaves: &mut Vec<(String, Value)>) {
         for (key, value) in values {
             let key = if prefix.is_empty() {
                 key.clone()
@@ -308,14 +309,17 @@ fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>>
                 format!("{prefix}.{key}")
             };
             match value {
-                Value::Table(table) if !is_leaf(table) => collect(&key, table, is_leaf, leaves),
+                Value::Table(table) if !is_leaf(&key, table) => collect(&key, table, is_leaf, leaves),
                 _ => leaves.push((key, value.clone())),
             }
         }
     }
-    let is_range = |values: &Table| table == RANGES && values.contains_key("from");
+    let is_leaf = |key: &str, values: &Table| {
+        let is_range = table == RANGES && values.contains_key("from");
+        is_range || BY_KEY.contains(&key)
+    };
     let mut found = Vec::new();
-    collect("", values, &is_range, &mut found);
+    collect("", values, &is_leaf, &mut found);
     let mut leaves: Vec<(Option<usize>, Leaf)> = found
         .into_iter()
         .map(|(key, value)| {
@@ -343,6 +347,8 @@ const RESERVED: [(&str, &str); 2] = [
     ("name", "can't be set or swept; allowed: the experiment's own name"),
 ];
 const RANGES: &str = "random.ranges";
+/// Keys whose values are tables of an experiment's other keys.
+const BY_KEY: [&str; 2] = ["worlds.vary", "worlds.choose"];
 
 fn seeds(seeds: &Value, source: &Source<'_>) -> Result<Vec<u64>> {
     let refused = |problem: String| Err(source.invalid("seeds", problem));

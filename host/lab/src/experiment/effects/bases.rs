@@ -26,6 +26,10 @@ const WRITTEN: &[(&str, &str)] = &[
     ("khepera", KHEPERA),
     ("files", FILES),
     ("start", START),
+    ("several worlds", SEVERAL_WORLDS),
+    ("rectangle", RECTANGLE),
+    ("ring", RING),
+    ("nest", NEST),
     ("uniform", UNIFORM),
     ("rank", RANK),
     ("roulette", ROULETTE),
@@ -138,6 +142,88 @@ generations = 3
 finalists = 0
 common_random_numbers = true
 mutation.kind = 'replace'
+";
+
+const SEVERAL_WORLDS: &str = "
+cycles = 60
+trials = 4
+[arena]
+width_mm = 300
+height_mm = 260
+obstacles = [{ x_mm = 150, y_mm = 130, radius_mm = 20 }]
+[start]
+kind = 'poses'
+poses = [[60, 60, 0.1], [240, 60, 0.2], [60, 200, 0.8]]
+[worlds]
+count = 3
+seed = 1
+[worlds.vary]
+'arena.obstacles[0].x_mm' = [120, 180]
+[worlds.choose]
+'arena.obstacles[0].radius_mm' = [10, 30]
+[evolution]
+population = 4
+parents = 2
+generations = 2
+finalists = 0
+";
+
+const RECTANGLE: &str = "
+cycles = 60
+[arena]
+width_mm = 100000
+height_mm = 100000
+[start]
+kind = 'zone'
+x_mm = 50000
+y_mm = 50000
+sides_mm = [120, 90]
+[evolution]
+population = 4
+parents = 2
+generations = 2
+finalists = 0
+";
+
+const RING: &str = "
+cycles = 60
+[arena]
+width_mm = 400
+height_mm = 350
+[start]
+kind = 'zone'
+x_mm = 190
+y_mm = 170
+radius_mm = 100
+inner_radius_mm = 50
+[evolution]
+population = 4
+parents = 2
+generations = 2
+finalists = 0
+";
+
+const NEST: &str = "
+cycles = 40
+trials = 2
+[robot]
+preset = 'epuck'
+count = 2
+[arena]
+width_mm = 700
+height_mm = 500
+patches = [{ x_mm = 200, y_mm = 250, radius_mm = 150 }, { x_mm = 500, y_mm = 250, radius_mm = 150, grey = 0.5 }]
+[start]
+kind = 'zone'
+patch = 0
+[task]
+kind = 'reach'
+values.goal = 1
+[evolution]
+population = 4
+parents = 2
+generations = 2
+finalists = 0
 ";
 
 const UNIFORM: &str = "
