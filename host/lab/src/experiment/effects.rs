@@ -229,8 +229,10 @@ const SAME: &[(&str, &[&str], &str)] = &[
         "the task counts robots on patches, which a millimetre rarely changes",
     ),
     ("arena.height_mm", &["swarm"], "likewise"),
-    ("arena.", &["rectangle"], "its sides are far away"),
-    ("robot.contact", &["nest"], "two robots that don't meet"),
+    ("arena.", &["vast"], "no robot gets near its sides"),
+    ("start.", &["vast"], "likewise"),
+    ("noise.", &["vast"], "likewise"),
+    ("robot.", &["nest"], "two robots that meet neither each other nor walls"),
     (
         "arena.floor",
         &["coevolution", "genes with ranges"],

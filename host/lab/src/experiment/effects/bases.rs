@@ -28,6 +28,7 @@ const WRITTEN: &[(&str, &str)] = &[
     ("start", START),
     ("several worlds", SEVERAL_WORLDS),
     ("rectangle", RECTANGLE),
+    ("vast", VAST),
     ("ring", RING),
     ("nest", NEST),
     ("uniform", UNIFORM),
@@ -168,8 +169,8 @@ generations = 2
 finalists = 0
 ";
 
-const RECTANGLE: &str = "
-cycles = 60
+const VAST: &str = "
+cycles = 10
 [arena]
 width_mm = 100000
 height_mm = 100000
@@ -177,6 +178,23 @@ height_mm = 100000
 kind = 'zone'
 x_mm = 50000
 y_mm = 50000
+sides_mm = [120, 90]
+[evolution]
+population = 4
+parents = 2
+generations = 2
+finalists = 0
+";
+
+const RECTANGLE: &str = "
+cycles = 60
+[arena]
+width_mm = 400
+height_mm = 350
+[start]
+kind = 'zone'
+x_mm = 190
+y_mm = 170
 sides_mm = [120, 90]
 [evolution]
 population = 4
