@@ -84,7 +84,7 @@ const SHORTER: [(&str, &str, &str); 13] = [
 ];
 
 /// Pictures, the page whose blocks draw them, the file that they draw or draw into, and whether they do only at full length.
-const DRAWN: [(&str, &str, &str, bool); 22] = [
+const DRAWN: [(&str, &str, &str, bool); 31] = [
     ("docs/champion.svg", "README.md", "runs/*/path.svg", false),
     (
         "docs/learning-curve.svg",
@@ -98,6 +98,40 @@ const DRAWN: [(&str, &str, &str, bool); 22] = [
         "swarm.svg",
         false,
     ),
+    ("docs/pictures/task-reach.svg", "docs/tasks.md", "reach/path.svg", false),
+    ("docs/pictures/task-visit.svg", "docs/tasks.md", "visit/path.svg", false),
+    (
+        "docs/pictures/task-collect.svg",
+        "docs/tasks.md",
+        "collect/path.svg",
+        false,
+    ),
+    ("docs/pictures/task-cover.svg", "docs/tasks.md", "cover/path.svg", false),
+    (
+        "docs/pictures/task-follow-wall.svg",
+        "docs/tasks.md",
+        "follow-wall/path.svg",
+        false,
+    ),
+    (
+        "docs/pictures/task-phototaxis.svg",
+        "docs/tasks.md",
+        "phototaxis/path.svg",
+        false,
+    ),
+    (
+        "docs/pictures/task-follow-line.svg",
+        "docs/tasks.md",
+        "line/path.svg",
+        false,
+    ),
+    (
+        "docs/pictures/task-stay-together.svg",
+        "docs/tasks.md",
+        "together/path.svg",
+        false,
+    ),
+    ("docs/pictures/five-starts.svg", "docs/worlds.md", "five.svg", false),
     (
         "docs/evostick-aggregation.svg",
         "docs/evostick.md",
