@@ -14,7 +14,7 @@ use oneiro_shaders::{Kernel, episode};
 use crate::parameter::Invalid;
 use crate::random::{Key, pcg4d};
 
-use layout::Layout;
+use layout::{Layout, Places};
 use packing::Packed;
 pub use packing::{Buffers, WorldKind};
 pub use trace::Trace;
@@ -313,7 +313,7 @@ impl Worlds {
         let PackedWorlds {
             worlds, facts, packed, ..
         } = &*self.0;
-        let Layout { groups, slots, inputs } = Layout::new(worlds, facts, lists)?;
+        let Layout { groups, slots, inputs } = Layout::new(Places { worlds, facts }, lists)?;
         let mut batch = Batch {
             worlds: self.clone(),
             groups,

@@ -9,6 +9,23 @@ use crate::parameter::Invalid;
 /// Most episodes of a batch.
 const GREATEST: usize = 1 << 28;
 
+/// The worlds of a batch, and where each is among the packed ones.
+#[derive(Clone, Copy)]
+pub(super) struct Places<'a> {
+    /// The first packed world of each, and which of those from there on an episode takes.
+    pub(super) worlds: &'a [(usize, Variants)],
+    /// Facts of each packed world.
+    pub(super) facts: &'a [Facts],
+}
+
+impl Places<'_> {
+    /// The packed world of an episode, in a world that there is.
+    fn packed(&self, rollout: &Rollout<'_>) -> usize {
+        let (first, variants) = self.worlds[rollout.world];
+        first + variants.of(rollout.key)
+    }
+}
+
 /// Episodes in their slots.
 pub(super) struct Layout {
     pub(super) groups: Vec<episode::Group>,
@@ -20,12 +37,8 @@ pub(super) struct Layout {
 
 impl Layout {
     /// Checks episodes and lays them out, list after list. Lists are laid out at the same time, on all processors.
-    /// `worlds` has the first packed world of each, and which of them an episode takes; `facts` those of each packed world.
-    pub(super) fn new(
-        worlds: &[(usize, Variants)],
-        facts: &[Facts],
-        lists: &[&[Rollout<'_>]],
-    ) -> Result<Self, Invalid> {
+    pub(super) fn new(worlds: Places<'_>, lists: &[&[Rollout<'_>]]) -> Result<Self, Invalid> {
+        let facts = worlds.facts;
         let mut count = 0;
         let firsts: Vec<usize> = lists.iter().map(|list| replaced_sum(&mut count, list.len())).collect();
         if count == 0 || count > GREATEST {
@@ -33,7 +46,7 @@ impl Layout {
             return Err(Invalid::new("rollouts", problem));
         }
         let counts = on_all(lists.iter().zip(&firsts).collect(), |(list, first)| {
-            counted(worlds, facts.len(), list, *first)
+            counted(worlds, list, *first)
         })?;
         let (groups, words, mut next) = grouped(facts, &counts)?;
 
@@ -53,7 +66,7 @@ impl Layout {
         let lanes = Lanes(inputs.as_mut_ptr());
         lanes.clear_idle(facts, &groups);
         on_all(tasks, |(list, first, slots, next)| {
-            lanes.fill(worlds, facts, &groups, list, first, slots, next)
+            lanes.fill(worlds, &groups, list, first, slots, next)
         })?;
         // SAFETY: every word has been written: those of the slots that episodes have, each by its episode, and the others by
         // `clear_idle`.
@@ -81,26 +94,16 @@ fn on_all<T: Send, R: Send>(
     done.into_iter().collect()
 }
 
-/// The packed world of an episode, in a world that there is.
-fn packed_world(worlds: &[(usize, Variants)], rollout: &Rollout<'_>) -> usize {
-    let (first, variants) = worlds[rollout.world];
-    first + variants.of(rollout.key)
-}
-
 /// Number of a list's episodes in each packed world. `first` is the index of its first one.
-fn counted(
-    worlds: &[(usize, Variants)],
-    packed: usize,
-    list: &[Rollout<'_>],
-    first: usize,
-) -> Result<Vec<usize>, Invalid> {
-    let mut counts = vec![0; packed];
+fn counted(worlds: Places<'_>, list: &[Rollout<'_>], first: usize) -> Result<Vec<usize>, Invalid> {
+    let mut counts = vec![0; worlds.facts.len()];
+    let known = worlds.worlds.len();
     for (rollout, index) in list.iter().zip(first..) {
-        if rollout.world >= worlds.len() {
-            let problem = format!("is {}; allowed: 0 to {}", rollout.world, worlds.len() - 1);
+        if rollout.world >= known {
+            let problem = format!("is {}; allowed: 0 to {}", rollout.world, known - 1);
             return Err(Invalid::new(format!("rollouts[{index}].world"), problem));
         }
-        counts[packed_world(worlds, rollout)] += 1;
+        counts[worlds.packed(rollout)] += 1;
     }
     Ok(counts)
 }
@@ -166,8 +169,7 @@ impl Lanes {
     /// first episode, and `next` this list's first slot in each world.
     fn fill(
         &self,
-        worlds: &[(usize, Variants)],
-        facts: &[Facts],
+        worlds: Places<'_>,
         groups: &[episode::Group],
         list: &[Rollout<'_>],
         first: usize,
@@ -175,11 +177,11 @@ impl Lanes {
         mut next: Vec<usize>,
     ) -> Result<(), Invalid> {
         for ((rollout, slot), index) in list.iter().zip(slots).zip(first..) {
-            let world = packed_world(worlds, rollout);
+            let world = worlds.packed(rollout);
             let slot_of_episode = replaced_sum(&mut next[world], 1);
             *slot = slot_of_episode as u32;
-            if rollout.genes.len() != facts[world].genes {
-                return Err(bad_genes(index, rollout.genes, facts[world].genes));
+            if rollout.genes.len() != worlds.facts[world].genes {
+                return Err(bad_genes(index, rollout.genes, worlds.facts[world].genes));
             }
             // Strided writes stay within a group's few kilobytes.
             let lane = groups[slot_of_episode / LANES].inputs as usize + slot_of_episode % LANES;
@@ -198,7 +200,7 @@ impl Lanes {
                 }
             }
             if !is_good {
-                return Err(bad_genes(index, rollout.genes, facts[world].genes));
+                return Err(bad_genes(index, rollout.genes, worlds.facts[world].genes));
             }
         }
         Ok(())

@@ -504,10 +504,7 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     allowed_number("arena.height_mm", height, LENGTH)?;
     let shapes = arena.objects();
     if shapes > GREATEST_OBJECTS {
-        let problem = format!(
-            "{shapes} walls, obstacles and blocks; allowed: 0 to {} together",
-            GREATEST_OBJECTS
-        );
+        let problem = format!("{shapes} walls, obstacles and blocks; allowed: 0 to {GREATEST_OBJECTS} together");
         return Err(Invalid::new("arena", problem));
     }
     for (index, wall) in arena.walls.iter().enumerate() {

@@ -292,6 +292,7 @@ fn damaged_states_and_those_of_others_are_refused_without_a_change() {
 #[test]
 fn the_page_lists_all_optimisers() {
     const HEAD: &str = "| `kind` | what it is | use it |\n|---|---|---|\n";
+    const GIVEN: &str = "| `kind` | what it makes of given genomes |\n|---|---|\n";
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/optimisers.md");
     let page = fs::read_to_string(&path).unwrap();
     let (before, rest) = page.split_once(HEAD).expect("the table's head");
@@ -305,7 +306,6 @@ fn the_page_lists_all_optimisers() {
         format!("| `\"{name}\"`{default} | {about} | {suits} |\n")
     });
     let written = format!("{before}{HEAD}{}\n{after}", rows.collect::<String>());
-    const GIVEN: &str = "| `kind` | what it makes of given genomes |\n|---|---|\n";
     let (before, rest) = written.split_once(GIVEN).expect("the table's head");
     let after = &rest[rest.find("\n- ").expect("the table's end") + 1..];
     let rows = Kind::entries().map(|Entry { name, start, .. }| {
