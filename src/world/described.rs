@@ -24,7 +24,6 @@ pub(crate) struct Described {
     pub(crate) together: Option<Together>,
     pub(crate) sensors: Vec<Sensor>,
     /// The column of the tables that each sensor reads; `None` for those that aren't sampled.
-    #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
     pub(crate) columns: Vec<Option<u32>>,
 }
 
@@ -236,7 +235,6 @@ impl Described {
     }
 
     /// Whether it has a sensor that was sampled.
-    #[cfg(feature = "compose")]
     pub(crate) fn has_sampled_sensors(&self) -> bool {
         self.columns.iter().any(Option::is_some)
     }

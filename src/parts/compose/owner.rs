@@ -14,6 +14,7 @@ pub(crate) struct Owner {
     /// The kind of its episodes.
     pub(crate) episodes: EpisodeKind,
     /// Whether its arena has many objects.
+    #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
     pub(crate) has_many_objects: bool,
     /// Whether its world has noise that the shipped kernels don't have.
     pub(crate) is_varied: bool,
