@@ -509,7 +509,7 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
     fs::create_dir(place.at("experiments")).unwrap();
     place.write("experiments/mine.toml", SMALL);
     place.write("experiments/table.sam", "");
-    place.write("init.toml", format!("{SMALL}init = \"runs/run-2\"\n"));
+    place.write("init.toml", format!("{SMALL}init = \"runs\"\n"));
     place.write("tables.toml", format!("robot.tables = [\"experiments\"]\n{SMALL}"));
     place.write("starts.csv", "100,90,0\n");
     for (arguments, words) in [
@@ -532,7 +532,7 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
         ),
         (
             &["check", "init.toml"],
-            &["init.toml:9", "evolution.init", "runs/run-2/champion.npy"],
+            &["init.toml:9", "evolution.init", "is a directory, but no run's"],
         ),
         (&["check", "tables.toml"], &["tables.toml:1", "experiments/table.sam"]),
         (&["robot", "tables", "show", "experiments"], &["experiments/table.sam"]),

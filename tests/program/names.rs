@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::fs;
 
 use serde_json::{Value, json};
 
@@ -309,13 +310,24 @@ fn first_genomes_are_read_by_name() {
     let (expected, said) = run("own-order.csv", "a");
     assert!(!said.contains("own-order.csv"), "{said}");
     assert_eq!(run("shuffled.csv", "b").0, expected);
-    let (other, said) = run("own/population.npy", "c");
+    // A file without names that lies in no run is read by position, with a word; that of a run has the run's names.
+    fs::copy(place.at("own/population.npy"), place.at("plain.npy")).unwrap();
+    let (other, said) = run("plain.npy", "c");
     assert_ne!(other, expected);
     assert!(said.contains("warning: evolution.init: "), "{said}");
     assert!(
-        said.contains("own/population.npy: names no genes; they are taken in the controller's order: `p3_to_left`"),
+        said.contains("plain.npy: names no genes; they are taken in the controller's order: `p3_to_left`"),
         "{said}"
     );
+    place
+        .run(&[
+            "check",
+            "reversed.toml",
+            "--set",
+            "evolution.init=\"own/population.npy\"",
+        ])
+        .exits(3)
+        .says(&["evolution.init", "own/population.npy"]);
     place
         .run(&["check", "renamed.toml", "--set", "evolution.init=\"shuffled.csv\""])
         .exits(3)

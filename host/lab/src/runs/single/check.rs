@@ -202,9 +202,7 @@ fn summary(experiment: &Experiment) -> String {
         (
             "worlds",
             match world.variants().len() {
-                _ if spec.varied.vary.0.is_empty() && spec.varied.choose.0.is_empty() => {
-                    "one for all episodes".to_owned()
-                }
+                _ if spec.varied.vary.0.is_empty() && spec.varied.choose.0.is_empty() => String::new(),
                 count => format!(
                     "{count} with {} drawn; each trial of a generation takes one",
                     counted(
