@@ -1,6 +1,6 @@
 // episode-as-given: an episode that is a constant of the part
 alias L = Episode;
-const NOBODY = L(0u, vec2<u32>(0u, 0u), 0u);
+const NOBODY = L(0u, vec2<u32>(0u, 0u), 0u, 0u);
 
 const CONTROLLER_GENES: u32 = 4u;
 fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {

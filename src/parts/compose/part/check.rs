@@ -57,7 +57,8 @@ const CALLS: [&str; 35] = [
     "robot_number",
 ];
 /// Those that a part may declare itself, for all parts of its experiment. No function that stands for ordinary WGSL calls them.
-const REPLACEABLE: [&str; 10] = [
+const REPLACEABLE: [&str; 11] = [
+    "floor_at",
     "on_patch",
     "clearance",
     "trial",
