@@ -62,7 +62,7 @@ pub struct Rollout<'a> {
     pub key: Key,
 }
 
-/// Which of its variants each episode of a world takes: by its key alone.
+/// The choice of an episode's variant of a world, by the episode's key alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variants {
     /// Starts: trial after trial takes the next one.
@@ -115,7 +115,7 @@ pub struct Worlds(Arc<PackedWorlds>);
 #[derive(Debug)]
 struct PackedWorlds {
     kernel: &'static Kernel,
-    /// The first packed world of each world, and which of those from there on an episode takes.
+    /// The first packed variant of each world, and how an episode chooses one.
     worlds: Vec<(usize, Variants)>,
     /// Facts of each packed world.
     facts: Vec<Facts>,

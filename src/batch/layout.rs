@@ -12,7 +12,7 @@ const GREATEST: usize = 1 << 28;
 /// The worlds of a batch, and where each is among the packed ones.
 #[derive(Clone, Copy)]
 pub(super) struct Places<'a> {
-    /// The first packed world of each, and which of those from there on an episode takes.
+    /// The first packed variant of each, and how an episode chooses one.
     pub(super) worlds: &'a [(usize, Variants)],
     /// Facts of each packed world.
     pub(super) facts: &'a [Facts],

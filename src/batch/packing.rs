@@ -36,7 +36,7 @@ pub trait WorldKind {
         false
     }
 
-    /// Which of its variants each episode takes; by default there is one.
+    /// How an episode chooses one of its variants; by default there is one.
     fn variants(&self) -> Variants {
         Variants::default()
     }

@@ -319,7 +319,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     let places = physics.start_places();
     if !places.is_empty() {
         if spec.start != Start::Random {
-            let problem = "is given beside robot.starts_mm; allowed: either";
+            let problem = "is given together with robot.starts_mm; allowed: either";
             return Err(Invalid::new("start.kind", problem));
         }
         let walled = spec.arena.walled();

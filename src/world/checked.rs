@@ -34,7 +34,7 @@ struct Checked {
     packed: pack::Packed,
     /// Its variants; none if it is the only one.
     variants: Vec<World>,
-    /// Which of them an episode takes.
+    /// How an episode chooses one.
     choice: Variants,
 }
 

@@ -194,7 +194,7 @@ impl Zone {
         let refused = |key: &str, problem: &str| Err(Invalid::new(format!("start.{key}"), problem));
         if let Some(index) = self.patch {
             if self.x.is_some() || self.y.is_some() || self.sides.is_some() || self.radius.is_some() {
-                return refused("patch", "is given beside a place or a size; allowed: either");
+                return refused("patch", "is given together with a place or a size; allowed: either");
             }
             let Some(patch) = arena.patches.get(index as usize) else {
                 let problem = format!(
@@ -220,7 +220,7 @@ impl Zone {
                 height,
             })),
             (None, Some(outer)) => self.ring(middle, outer),
-            (Some(_), _) => refused("sides_mm", "is given beside a radius; allowed: either"),
+            (Some(_), _) => refused("sides_mm", "is given together with a radius; allowed: either"),
             (None, None) => refused("kind", "is `zone` without a size; allowed: sides_mm, or radius_mm"),
         }
     }

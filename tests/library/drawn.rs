@@ -396,7 +396,7 @@ fn what_cannot_vary_is_refused() {
             ..disc
         }),
         "start.sides_mm",
-        "beside a radius",
+        "together with a radius",
     );
     refused(zone(Zone { patch: Some(0), ..disc }), "start.patch", "either");
     refused(

@@ -1,14 +1,14 @@
 //! Arenas of many objects, of which robots look at those that are near.
 
 use oneiro::arena::{Arena, Block, Obstacle, Wall};
-use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
+use oneiro::batch::Trace;
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Sensor, SensorKind};
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::random::Key;
 use oneiro::world::{Collision, Robot, World, WorldSpec};
 
 use crate::composed::Subject;
+use crate::tasks::batch;
 
 /// A room with objects of all kinds in a pattern of 200 mm, and `far` more of them beyond its sides, where nothing notices them.
 fn spec(count: Option<u32>, far: usize) -> WorldSpec {
@@ -77,20 +77,6 @@ fn spec(count: Option<u32>, far: usize) -> WorldSpec {
         },
         ..WorldSpec::miglino1995()
     }
-}
-
-fn batch(world: &World, count: usize) -> Batch {
-    let gene = |gene: usize| ((gene * 5 + 3) % 13) as f32 / 3.0 - 2.0;
-    let genomes: Vec<Vec<f32>> = (0..count)
-        .map(|individual| (0..world.genes()).map(|index| gene(index + 3 * individual)).collect())
-        .collect();
-    let rollout = |(individual, genes)| Rollout {
-        world: 0,
-        genes,
-        key: Key::rollout(2, 0, individual, 0),
-    };
-    let rollouts: Vec<_> = (0..).zip(genomes.iter().map(Vec::as_slice)).map(rollout).collect();
-    Batch::new(std::slice::from_ref(world), &rollouts, Some(TraceRequest { every: 1 })).unwrap()
 }
 
 pub(crate) fn subjects() -> Vec<Subject> {

@@ -77,8 +77,8 @@ fn worlds() -> Vec<(String, WorldSpec)> {
     worlds
 }
 
-/// Robots that drive far in all ways.
-fn batch(world: &World, count: usize) -> Batch {
+/// Episodes of robots that drive far in all ways.
+pub(crate) fn batch(world: &World, count: usize) -> Batch {
     let gene = |gene: usize| ((gene * 5 + 3) % 13) as f32 / 3.0 - 2.0;
     let genomes: Vec<Vec<f32>> = (0..count)
         .map(|individual| (0..world.genes()).map(|index| gene(index + 3 * individual)).collect())

@@ -13,7 +13,7 @@ use super::report::{self, Report};
 use super::run::run_all;
 use crate::cli;
 
-/// Gives runs the larger budget that is asked for, once all of them can have it.
+/// Gives runs the larger budget of the command line, once all of them can have it.
 fn extend(arguments: &cli::Resume, directories: &[PathBuf], console: Console) -> Result {
     for directory in directories {
         record::complete(directory)?;

@@ -1,5 +1,5 @@
-// Arenas of many objects: a grid says which ones may matter at a place. Its declarations stand in the place of those of
-// lib/geometry.wgsl with the same names. Results are the same bits: an object that is left out is farther away than anything that a
+// Arenas of many objects: a grid says which ones may matter at a place. Its declarations replace those of
+// lib/geometry.wgsl with the same names. Results are the same bits: objects outside of a list are farther away than anything that a
 // body or a sensor there notices. `NEAR_CELL` is generated: where the grid begins in `tables`, as src/world/near.rs writes it. A cell
 // with the lower left corner, squares per mm, and the first cell of lists; one with the numbers of columns and rows, and the length
 // of the longest list, by which loops are bounded; then for each

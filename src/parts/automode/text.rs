@@ -34,7 +34,7 @@ pub(super) struct Words {
     pub(super) numbered: &'static [&'static str],
     /// Between the digits of two numbers.
     pub(super) between: Option<char>,
-    /// What an option doesn't belong to, and what is allowed, as in `tree; allowed: options of its branches`.
+    /// The part of a text that an option doesn't belong to, and the allowed ones, as in `tree; allowed: options of its branches`.
     pub(super) kind: &'static str,
 }
 

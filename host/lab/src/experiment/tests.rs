@@ -948,7 +948,7 @@ fn files_are_inputs_with_hashes() {
     assert!(hidden.contains("evolution.init") && hidden.contains("22"), "{hidden}");
 }
 
-/// What can't begin an evolution is refused with its reason.
+/// Genomes that can't begin an evolution are refused with the reason.
 #[test]
 fn given_genomes_that_can_not_be_used_are_refused() {
     let scratch = Scratch::new("given");

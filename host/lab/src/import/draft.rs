@@ -557,7 +557,7 @@ impl Draft {
         text
     }
 
-    /// The things that are taken, in the file's order.
+    /// The imported things, in the file's order.
     pub(super) fn taken(&self) -> Vec<Note> {
         let key = |entry: &Entry| match entry.table {
             "" => entry.key.to_owned(),

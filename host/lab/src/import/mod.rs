@@ -56,7 +56,7 @@ pub struct Imported {
     pub format: &'static str,
     /// The experiment's file.
     pub text: String,
-    /// The things that are taken.
+    /// The imported things.
     taken: Vec<Note>,
     /// The things that are not taken.
     left_out: Vec<Note>,

@@ -22,7 +22,7 @@ struct Side {
     boxes: Vec<usize>,
 }
 
-/// How many times longer than wide a wall is, at least.
+/// Minimum of a wall's length, in widths.
 const SLENDER: f64 = 4.0;
 /// Lengths that make no difference, mm.
 const NEARLY: f64 = 2.0;

@@ -289,7 +289,7 @@ fn an_ini_of_evorobotpy_becomes_an_experiment() {
             "ErDiscrim.ini:10: [POLICY] bias: not taken: ",
         ],
     );
-    // With the sensors' files beside it, these are the robot's.
+    // With the sensors' files next to it, these are the robot's.
     let place = Scratch::new("import-tables");
     let table = oneiro::tables::SensorTables::khepera();
     let ini = place.write("ErDiscrim.ini", INI);

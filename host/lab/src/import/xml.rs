@@ -142,7 +142,7 @@ impl<'a> Xml<'a> {
             for attribute in node.attributes() {
                 let (name, at) = (attribute.name(), attribute.range().start);
                 if !self.attributes.borrow().contains(&at) {
-                    let why = reason(&[&format!("{tag}.{name}"), &format!("*.{name}")]);
+                    let why = reason(&[&format!("{tag}@{name}"), &format!("*@{name}")]);
                     add(at, format!("<{tag} {name}>"), why);
                 }
             }

@@ -56,7 +56,7 @@ pub(crate) struct Origin {
 pub(crate) struct Extended {
     /// When, UTC.
     pub(crate) at: String,
-    /// The key that was asked for, and its value.
+    /// The key of the new budget, and its value.
     pub(crate) key: String,
     pub(crate) value: u64,
     /// Total number of generations before and since.

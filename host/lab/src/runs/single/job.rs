@@ -703,7 +703,7 @@ pub(super) fn extended(experiment: &Experiment, earlier: &Experiment, seed: u64,
     let mut evolution = earlier.evolution(seed);
     evolution.restore(saved.evolution)?;
     evolution.set_generations(experiment.settings().evolution.generations);
-    // What follows the last generation is done again.
+    // The stages after the last generation are done again.
     let longer = Saved {
         evolution: evolution.save(),
         last: None,
