@@ -48,6 +48,7 @@ parts![
     "lib/near.wgsl",
     "lib/numerics.wgsl",
     "lib/ordinary.wgsl",
+    "lib/pucks.wgsl",
     "lib/random.wgsl",
     "lib/episode.wgsl",
     "lib/swarm.wgsl",

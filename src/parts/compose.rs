@@ -136,6 +136,8 @@ pub enum DetailKind {
     Memory(Kind),
     /// The pose at the start of the cycle of another robot of the world: x and y in mm, and z, the heading in turns.
     Other,
+    /// The place at the start of the cycle of a puck of the world: x and y in mm.
+    Puck,
     /// Robots whose messages it has heard since the record before, a bit for each, 32 in a word. Of observed worlds.
     Heard,
     /// Its task's rewards since the record before, if the task's part scores each robot. Of observed worlds.
@@ -320,6 +322,16 @@ impl OwnParts {
     /// Details that have to do with the other robots of a world.
     fn details_of_others(&self, owner: &Owner) -> Vec<Detail> {
         let count = owner.robots();
+        let pucks = owner.together().map_or(0, |together| together.pucks);
+        let place = |puck| {
+            ["x", "y"].map(|part| Detail {
+                name: format!("puck_{puck}.{part}"),
+                kind: DetailKind::Puck,
+                scalar: Scalar::Float,
+                expression: format!("member_started(after.episode, {}u).{part}", count + puck),
+            })
+        };
+        let pucks = (0..pucks).flat_map(place);
         if owner.episodes != EpisodeKind::Observed {
             // The first robot's pose is in the record.
             let pose = |robot| {
@@ -330,7 +342,7 @@ impl OwnParts {
                     expression: format!("member_started(after.episode, {robot}u).{part}"),
                 })
             };
-            return (1..count).flat_map(pose).collect();
+            return (1..count).flat_map(pose).chain(pucks).collect();
         }
         let heard = |word| Detail {
             name: format!("heard_{word}"),
@@ -347,7 +359,7 @@ impl OwnParts {
         let hears = owner.together().is_some_and(|together| together.hearing.is_some());
         let words = if hears { count.div_ceil(u32::BITS) } else { 0 };
         let heard = (0..words).map(heard);
-        heard.chain(self.scores_each().then_some(earned)).collect()
+        heard.chain(self.scores_each().then_some(earned)).chain(pucks).collect()
     }
 
     /// Whether the task scores each robot of a world by itself: a mission alone scores all of them together.

@@ -15,6 +15,7 @@ use crate::parts::network::Network;
 use crate::world::arena::{Arena, Field, GREATEST_OBJECTS, GREATEST_SEEN, Wall};
 use crate::world::body::Collision;
 use crate::world::described::{Described, Drive, Together};
+use crate::world::pucks::Discs;
 use crate::world::noise::Noise;
 use crate::world::pack;
 use crate::world::parameters::{COORDINATE, LENGTH, PARAMETERS};
@@ -54,9 +55,9 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     }
     own_parts(spec)?;
     if let Some(ready) = spec.task.ready() {
-        ready.check(&spec.arena)?;
-        if spec.task == Task::StayTogether && physics.together().is_none() {
-            let problem = "is `stay-together`; allowed: only in swarms, with robot.count";
+        ready.check(&spec.arena, &spec.pucks)?;
+        if ready.is_for_swarms() && physics.together().is_none() {
+            let problem = format!("is `{}`; allowed: only in swarms, with robot.count", ready.word);
             return Err(Invalid::new("task.kind", problem));
         }
     }
@@ -69,6 +70,9 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
 /// Checks what is particular to a kind of robot, and returns its physics.
 pub(super) fn physics(spec: &WorldSpec) -> Result<Physics, Invalid> {
     let individual = spec.surrogate.clone();
+    if !matches!(spec.robot.build, Build::Differential(_)) {
+        spec.pucks.check(None, spec.robot.body_radius)?;
+    }
     Ok(match &spec.robot.build {
         Build::Sampled => {
             if spec.own.is_empty() {
@@ -78,7 +82,8 @@ pub(super) fn physics(spec: &WorldSpec) -> Result<Physics, Invalid> {
             individual.map_or(Physics::Sampled, Physics::Individual)
         }
         Build::Differential(robot) => {
-            let robot = robot.check(&spec.own.readings(), &spec.robot.body(), &spec.arena)?;
+            let mut robot = robot.check(&spec.own.readings(), &spec.robot.body(), &spec.arena)?;
+            spec.pucks.add_to(&mut robot, spec.robot.body_radius)?;
             Physics::Described(robot, individual)
         }
         Build::Forager(forager) => Physics::Forager(*forager),
@@ -316,26 +321,50 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
         return Err(Invalid::new(key, format!("{problem}; {SINGLE}")));
     }
+    let (walled, pucks) = (spec.arena.walled(), physics.pucks());
+    let placed = |key: &str, places: &[[f32; 2]]| match places.iter().find(|[x, y]| !walled.contains(*x, *y)) {
+        Some([x, y]) => {
+            let problem = format!("has ({x}, {y}) mm, outside of the arena; allowed: places in it");
+            Err(Invalid::new(key, problem))
+        }
+        None => Ok(()),
+    };
+    placed("pucks.places_mm", pucks.map_or(&[], Discs::places))?;
     let places = physics.start_places();
+    let drawn_pucks = pucks.filter(|pucks| pucks.places().is_empty());
     if !places.is_empty() {
         if spec.start != Start::Random {
             let problem = "is given together with robot.starts_mm; allowed: either";
             return Err(Invalid::new("start.kind", problem));
         }
-        let walled = spec.arena.walled();
-        return match places.iter().find(|[x, y]| !walled.contains(*x, *y)) {
-            Some([x, y]) => {
-                let problem = format!("has ({x}, {y}) mm, outside of the arena; allowed: places in it");
-                Err(Invalid::new("robot.starts_mm", problem))
-            }
-            None => Ok(()),
-        };
+        placed("robot.starts_mm", places)?;
     }
-    // Each robot keeps a disc of twice its radius from the centres of others; a draw finds a place with a chance of a half.
-    let disc = 4.0 * std::f32::consts::PI * spec.robot.body_radius * spec.robot.body_radius;
+    // Each body keeps a disc of twice its radius from the centres of others, pucks one of that of the largest; a draw finds a place with
+    // a chance of a half.
+    let body = spec.robot.body_radius;
+    let disc = |radius: f32| 4.0 * std::f32::consts::PI * radius * radius;
+    if let Some(pucks) = drawn_pucks {
+        let largest = body.max(pucks.radius);
+        let Field { width, height, .. } = spec.arena.field;
+        let area = Area::of(&Start::Random, &spec.arena)?;
+        let free = pack::free_share(spec, physics, area, largest - body);
+        let most = 0.5 * free * width * height / disc(largest);
+        if (pucks.count + count) as f32 > most {
+            let problem = format!(
+                "is {}, but the arena has room for the starts of {most:.0} robots and pucks; allowed: fewer, or a larger arena",
+                pucks.count
+            );
+            return Err(Invalid::new("pucks.count", problem));
+        }
+    }
+    if !places.is_empty() {
+        return Ok(());
+    }
     let area = Area::of(&spec.start, &spec.arena)?;
     let Field { width, height, .. } = area.bounds();
-    let most = 0.5 * pack::free_share(spec, physics, area) * width * height / disc;
+    let placed = pucks.map_or(0.0, |pucks| pucks.places().len() as f32 * disc(0.5 * (body + pucks.radius)));
+    let room = 0.5 * pack::free_share(spec, physics, area, 0.0) * width * height - placed;
+    let most = (room / disc(body)).max(0.0);
     if *count as f32 <= most {
         return Ok(());
     }

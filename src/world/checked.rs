@@ -89,6 +89,7 @@ impl World {
             kernel, genes, words, ..
         } = parts.compose(kernel(&spec, &physics), &owner)?;
         let members = physics.together().map_or(0, |swarm| swarm.count);
+        let bodies = physics.together().map_or(0, Together::bodies);
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(parts)) => parts.to_vec(),
             (controller, _) => controller.genes(&readings),
@@ -98,7 +99,7 @@ impl World {
             genes: layout(genes, physics.together())?,
             details: parts.details(&owner),
             lines: if episodes == EpisodeKind::Observed { members } else { 1 },
-            words: words.map(|[world, member]| world + members * member),
+            words: words.map(|[world, body]| world + bodies * body),
             spec,
             kernel,
             physics,
@@ -214,6 +215,11 @@ impl World {
     /// Number of robots.
     pub fn robots(&self) -> u32 {
         self.0.physics.together().map_or(1, |swarm| swarm.count)
+    }
+
+    /// Number of pucks.
+    pub fn pucks(&self) -> u32 {
+        self.0.physics.together().map_or(0, |swarm| swarm.bodies() - swarm.count)
     }
 
     /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the

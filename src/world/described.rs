@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use crate::parameter::{self, Choice, Choices, Datum, Invalid};
 use crate::world::arena::{self, Arena, Light, Patch};
 use crate::world::body::Body;
+use crate::world::pucks::Discs;
 use crate::world::reference::{self, Model, Reference};
 use crate::world::sensors::{Around, Response, Sensor};
 use crate::world::surrogate::{Mounting, Object, Surrogate};
@@ -81,6 +82,15 @@ pub(crate) struct Together {
     pub(crate) starts: Option<Vec<[f32; 2]>>,
     /// Their reference model and its values.
     pub(crate) model: Option<(Model, Reference)>,
+    /// Pucks.
+    pub(crate) pucks: Option<Discs>,
+}
+
+impl Together {
+    /// Number of robots and pucks.
+    pub(crate) fn bodies(&self) -> u32 {
+        self.count + self.pucks.as_ref().map_or(0, |pucks| pucks.count)
+    }
 }
 
 /// The distribution of the noise of wheels.
@@ -234,6 +244,11 @@ impl Described {
         self.together.as_ref().and_then(|swarm| swarm.model.as_ref())
     }
 
+    /// The pucks of its swarm.
+    pub(crate) fn pucks(&self) -> Option<&Discs> {
+        self.together.as_ref().and_then(|swarm| swarm.pucks.as_ref())
+    }
+
     /// Whether it has a sensor that was sampled.
     pub(crate) fn has_sampled_sensors(&self) -> bool {
         self.columns.iter().any(Option::is_some)
@@ -327,6 +342,7 @@ impl Described {
             .chain(self.responses().into_iter().flat_map(Response::cells))
             .chain(noise.map(|(most, _)| [most, 0.0, 0.0, 0.0]))
             .chain(self.members(body))
+            .chain(self.pucks().into_iter().flat_map(Discs::cells))
             .chain(self.differing(genes))
             .chain(self.model().into_iter().flat_map(|(_, values)| values.cells(arena)))
             .chain(
@@ -342,7 +358,8 @@ impl Described {
     /// The kernel's cell of a swarm: `MembersCell`.
     fn members(&self, body: &Body<'_>) -> Option<[f32; 4]> {
         let together = self.together.as_ref()?;
-        let reach = self.reach(body.radius, body.sensors, false) + body.radius;
+        let largest = self.pucks().map_or(0.0, |pucks| pucks.radius).max(body.radius);
+        let reach = self.reach(body.radius, body.sensors, false) + largest;
         let pushes = match together.contact {
             Contact::Push => 1.0,
             Contact::Stop => 0.0,
@@ -384,10 +401,16 @@ impl Described {
         self.noise_cell(arena) + usize::from(self.wheel_noise().is_some())
     }
 
+    /// The kernel's first cell of pucks.
+    #[cfg(feature = "compose")]
+    pub(crate) fn pucks_cell(&self, arena: &Arena) -> usize {
+        self.members_cell(arena) + usize::from(self.together.is_some())
+    }
+
     /// The kernel's first cell of robots whose starts or genes differ.
     #[cfg(feature = "compose")]
     pub(crate) fn differing_cell(&self, arena: &Arena) -> usize {
-        self.members_cell(arena) + usize::from(self.together.is_some())
+        self.pucks_cell(arena) + self.pucks().map_or(0, |pucks| pucks.cells().count())
     }
 
     /// The kernel's first cell of a reference model.

@@ -59,7 +59,7 @@ pub struct Differential {
 
 /// The farthest that a body gets in a cycle of a swarm, as a fraction of its radius: `FARTHEST` of
 /// `physics/contacts.wgsl`.
-const FARTHEST: f32 = 0.75;
+pub(super) const FARTHEST: f32 = 0.75;
 
 /// Start of each robot of a swarm: x and y, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -292,6 +292,7 @@ impl Differential {
             contact: self.contact.unwrap_or_default(),
             starts: self.starts.as_ref().map(|Starts(places)| places.clone()),
             model: self.model.map(|model| (model, self.reference.clone())),
+            pucks: None,
         }))
     }
 

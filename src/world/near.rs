@@ -53,10 +53,12 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    pub(super) fn new(shapes: &[episode::Shape], body_radius: f32) -> Self {
+    /// The grid for bodies of this radius, and for pucks that are larger by `larger`, mm.
+    pub(super) fn new(shapes: &[episode::Shape], body_radius: f32, larger: f32) -> Self {
         // How far from its line it matters to a body, which may be pushed and slide; and how far its corners are from its middle.
         let far = |shape: &episode::Shape| {
-            let reach = shape.reach_squared.sqrt().max(shape.contact + 2.0 * body_radius);
+            let pushed = shape.contact + 2.0 * body_radius + 3.0 * larger;
+            let reach = shape.reach_squared.sqrt().max(pushed);
             (reach + MARGIN, shape.half_length.hypot(shape.half_width))
         };
         let around = |shape: &episode::Shape| {

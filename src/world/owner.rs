@@ -50,6 +50,7 @@ fn make(spec: &WorldSpec, physics: &Physics, episodes: EpisodeKind) -> Result<Ma
             has_sampled_motors: matches!(robot.drive, Drive::Motors { .. }),
             together: robot.together.as_ref().map(|swarm| Together {
                 count: swarm.count,
+                pucks: swarm.pucks.as_ref().map_or(0, |pucks| pucks.count),
                 hearing: swarm.model.as_ref().map(|(model, values)| Hearing {
                     model: model.word(),
                     part: model.part(),

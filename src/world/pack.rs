@@ -54,7 +54,7 @@ impl Packed {
             });
         }
         let shapes = shapes(spec, physics);
-        let near = match touching(spec, &shapes) {
+        let near = match touching(spec, physics, &shapes) {
             Some(grid) => grid.cells()?,
             None => Vec::new(),
         };
@@ -79,6 +79,14 @@ impl Packed {
         {
             let problem = format!("has ({x}, {y}) mm, which touches an object; allowed: where the whole body is free");
             return Err(Invalid::new("robot.starts_mm", problem));
+        }
+        if let Some(pucks) = physics.pucks() {
+            let wider = wider(&shapes, pucks.radius - spec.robot.body_radius);
+            let taken = pucks.places().iter().find(|[x, y]| touches(&wider, Vec2::new(*x, *y)));
+            if let Some([x, y]) = taken {
+                let problem = format!("has ({x}, {y}) mm, which touches an object; allowed: where the whole puck is free");
+                return Err(Invalid::new("pucks.places_mm", problem));
+            }
         }
         Ok(Self {
             world: world(spec, physics, random_start, start.map(zero), shapes.len() as u32)?,
@@ -278,9 +286,22 @@ fn forager(spec: &WorldSpec, physics: &Physics, forager: &Forager) -> Result<epi
     })
 }
 
-/// Fraction of the rectangle around an area where a body is free and in the area.
-pub(super) fn free_share(spec: &WorldSpec, physics: &Physics, area: Area) -> f32 {
-    Free::of(area, &shapes(spec, physics)).share_of_bounds
+/// Fraction of the rectangle around an area where a body is free that is larger than a robot by `larger`, mm, and in the area.
+pub(super) fn free_share(spec: &WorldSpec, physics: &Physics, area: Area, larger: f32) -> f32 {
+    Free::of(area, &wider(&shapes(spec, physics), larger)).share_of_bounds
+}
+
+/// Objects as a body finds them that is larger than a robot, mm.
+fn wider(shapes: &[episode::Shape], larger: f32) -> Vec<episode::Shape> {
+    let wider = |shape: &episode::Shape| {
+        let contact = shape.contact + larger;
+        episode::Shape {
+            contact,
+            contact_squared: contact * contact,
+            ..*shape
+        }
+    };
+    shapes.iter().map(wider).collect()
 }
 
 /// Number of cells along a side of the field.
@@ -489,8 +510,10 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
 }
 
 /// The grid of an arena of many objects.
-pub(super) fn touching(spec: &WorldSpec, shapes: &[episode::Shape]) -> Option<Grid> {
-    spec.arena.has_many().then(|| Grid::new(shapes, spec.robot.body_radius))
+pub(super) fn touching(spec: &WorldSpec, physics: &Physics, shapes: &[episode::Shape]) -> Option<Grid> {
+    let body = spec.robot.body_radius;
+    let larger = physics.pucks().map_or(0.0, |pucks| (pucks.radius - body).max(0.0));
+    spec.arena.has_many().then(|| Grid::new(shapes, body, larger))
 }
 
 /// Gap between a robot and the nearest object, mm.

@@ -10,6 +10,7 @@ use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 use crate::parts::automode::Modules;
 use crate::parts::network::Network;
 use crate::world::differential::{Differential, GREATEST_MEMBERS};
+use crate::world::pucks::GREATEST_YIELDS;
 use crate::world::robot::{Build, Robot};
 use crate::world::spec::{Activation, Controller, Difference, Speed, Task, WorldSpec};
 use crate::world::start::{Poses, Start, Zone};
@@ -102,6 +103,16 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Factor of the attraction; default: 1.", |spec, _| Some(&mut described(spec)?.reference.attraction)),
         row("robot.body_height_mm", "mm", LENGTH, ARGOS,
             "Body height, for hiding lamps from other robots; default: 76.", |spec, _| Some(&mut described(spec)?.reference.body_height)),
+        row("pucks.count", "", Whole(1, u64::from(GREATEST_MEMBERS) - 1), OURS,
+            "Number of pucks that a swarm's robots push and carry, 128 with the robots: see docs/pucks.md; default: none.", |spec, _| Some(&mut spec.as_mut().pucks.count)),
+        row("pucks.radius_mm", "mm", Number(1.0, 1e4), OURS,
+            "Radius of a puck.", |spec, _| Some(&mut spec.as_mut().pucks.radius)),
+        row("pucks.yields", "", Number(0.0, GREATEST_YIELDS), OURS,
+            "Part of an overlap with a robot by which a puck gives way; the robot gives way by the rest; default: 0.8.", |spec, _| Some(&mut spec.as_mut().pucks.yields)),
+        row("pucks.grip_mm", "mm", Number(0.0, 1e4), OURS,
+            "Maximum gap between a robot and a puck in front of it that it can take; default: 0, robots only push.", |spec, _| Some(&mut spec.as_mut().pucks.grip)),
+        row("pucks.places_mm", "mm", Text("pairs of numbers, x and y of each puck"), OURS,
+            "Places of the pucks at the start; default: random places in the arena.", |spec, _| Some(&mut spec.as_mut().pucks.places)),
         row("robot.sensors", "", Any, OURS,
             "Sensors.", |spec, _| Some(&mut described(spec)?.sensors)),
         row("robot.sensors[].name", "", Text("letters from a to z, digits and _, a letter first"), "",
@@ -416,7 +427,7 @@ impl Choice for Task {
         (
             "reach",
             Self::Reach,
-            "get to a patch of the floor: this and the next seven are in docs/tasks.md",
+            "get to a patch of the floor: this and the next nine are in docs/tasks.md",
         ),
         ("visit", Self::Visit, "visit all patches of the floor in their order"),
         (
@@ -437,6 +448,12 @@ impl Choice for Task {
         ),
         ("stay-together", Self::StayTogether, "a swarm's: be in one cluster"),
         ("phototaxis", Self::Phototaxis, "get to a light and stay there"),
+        ("gather-pucks", Self::GatherPucks, "a swarm's: push pucks together"),
+        (
+            "bring-pucks",
+            Self::BringPucks,
+            "a swarm's: bring pucks to a patch of the floor",
+        ),
         ("own", Self::Own, "a custom task, in WGSL: see docs/extend.md"),
     ];
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::world::described::{Described, Together};
 use crate::world::forager::Forager;
+use crate::world::pucks::Discs;
 use crate::world::surrogate::Surrogate;
 
 /// Each kind of robot with its values, and no others.
@@ -31,6 +32,11 @@ impl Physics {
     /// Values of robots that share a world.
     pub(crate) fn together(&self) -> Option<&Together> {
         self.described()?.together.as_ref()
+    }
+
+    /// Their pucks.
+    pub(crate) fn pucks(&self) -> Option<&Discs> {
+        self.described()?.pucks()
     }
 
     /// Given starts of robots that share a world: x and y of each, mm.

@@ -49,7 +49,7 @@ impl Reached {
             Some(area) => area.contains(at),
             None => places.iter().any(|place| at.distance(*place) < step),
         };
-        let grid = touching(spec, &shapes);
+        let grid = touching(spec, physics, &shapes);
         let touches = |at: Vec2| match &grid {
             Some(grid) => grid.touches(&shapes, at),
             None => touches(&shapes, at),

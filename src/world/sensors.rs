@@ -7,6 +7,7 @@ mod battery;
     expect(dead_code, reason = "composed kernels alone are written")
 )]
 mod bumper;
+mod gripper;
 mod ground;
 #[cfg_attr(
     not(feature = "compose"),
@@ -34,7 +35,7 @@ pub use light::Law;
 
 pub use bumper::WIDTH as BUMPER_WIDTH;
 #[cfg(feature = "compose")]
-pub(crate) use bumper::of_an_object as of_bumpers;
+pub(crate) use bumper::{APART, of_an_object as of_bumpers};
 pub(crate) use kind::Around;
 #[cfg(feature = "compose")]
 pub(crate) use ray::of_an_object as of_rays;
@@ -61,7 +62,11 @@ kinds! {
     /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
     Sampled: sampled::ENTRY;
     /// 1 if what a ray meets first, within its range, is another robot, else 0.
-    Sight: sight::ENTRY;
+    Sight: sight::ROBOT;
+    /// 1 if what a ray meets first, within its range, is a puck, else 0.
+    Puck: sight::PUCK;
+    /// 1 while the robot carries a puck, else 0.
+    Gripper: gripper::ENTRY;
 }
 
 /// A sensor.

@@ -10,6 +10,7 @@ use crate::parts::network::Network;
 use crate::world::arena::Arena;
 use crate::world::forager::Forager;
 use crate::world::noise::Noise;
+use crate::world::pucks::Pucks;
 use crate::world::robot::{Build, Robot};
 use crate::world::start::Start;
 use crate::world::surrogate::Surrogate;
@@ -130,6 +131,10 @@ pub enum Task {
     StayTogether,
     /// Get to a light.
     Phototaxis,
+    /// Push pucks together, in swarms.
+    GatherPucks,
+    /// Bring pucks to a patch of the floor, in swarms.
+    BringPucks,
     /// The seconds left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
     /// [`Build::Forager`].
     Foraging,
@@ -176,6 +181,8 @@ pub struct WorldSpec {
     pub surrogate: Option<Arc<Surrogate>>,
     /// Walls and obstacles.
     pub arena: Arena,
+    /// Discs that the robots of a swarm push and carry.
+    pub pucks: Pucks,
     /// Noise of the simulation.
     pub noise: Noise,
     /// Mapping from sensors to wheel commands.
@@ -201,6 +208,7 @@ impl WorldSpec {
             robot: Robot::khepera(),
             surrogate: None,
             arena: Arena::miglino1995(),
+            pucks: Pucks::default(),
             noise: Noise::NONE,
             controller: Controller::Perceptron,
             task: Task::AVOIDANCE,

@@ -3,6 +3,7 @@
 use crate::parameter::Invalid;
 use crate::parts::compose::{Kind, Part};
 use crate::world::arena::Arena;
+use crate::world::pucks::Pucks;
 use crate::world::spec::Task;
 
 /// A task that an experiment only has to name.
@@ -14,17 +15,20 @@ pub struct Ready {
     pub word: &'static str,
     /// Its part.
     pub text: &'static str,
-    /// What an arena needs for it.
+    /// What a world needs for it.
     needs: Needs,
 }
 
-/// What an arena needs for a task.
+/// What a world needs for a task.
 #[derive(Clone, Copy, Debug)]
 enum Needs {
     Nothing,
     Patches(usize),
     Lights,
     Objects,
+    Pucks,
+    /// Pucks, a patch of the floor, and grippers.
+    Nest,
 }
 
 /// A row of [`READY`]; its file has the name of its word.
@@ -50,6 +54,8 @@ pub const READY: &[Ready] = &[
     ready!(FollowWall, "follow-wall", Needs::Objects),
     ready!(StayTogether, "stay-together", Needs::Nothing),
     ready!(Phototaxis, "phototaxis", Needs::Lights),
+    ready!(GatherPucks, "gather-pucks", Needs::Pucks),
+    ready!(BringPucks, "bring-pucks", Needs::Nest),
 ];
 
 impl Task {
@@ -79,8 +85,13 @@ impl Ready {
         part.map_err(|refused| Invalid::new("task.kind", refused.to_string()))
     }
 
-    /// Checks that an arena has what it needs.
-    pub(crate) fn check(&self, arena: &Arena) -> Result<(), Invalid> {
+    /// Whether only swarms have it.
+    pub fn is_for_swarms(&self) -> bool {
+        matches!(self.task, Task::StayTogether | Task::GatherPucks | Task::BringPucks)
+    }
+
+    /// Checks that a world has what it needs.
+    pub(crate) fn check(&self, arena: &Arena, pucks: &Pucks) -> Result<(), Invalid> {
         let objects = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
         let (has, allowed) = match self.needs {
             Needs::Nothing => return Ok(()),
@@ -93,6 +104,12 @@ impl Ready {
             }
             Needs::Lights => (!arena.lights.is_empty(), "a light (arena.lights)".to_owned()),
             Needs::Objects => (objects > 0, "walls, obstacles or blocks".to_owned()),
+            Needs::Pucks => (pucks.count.is_some(), "pucks (pucks.count)".to_owned()),
+            Needs::Nest => {
+                let grips = pucks.grip.is_some_and(|grip| grip > 0.0);
+                let allowed = "a patch of the floor (arena.patches), and pucks that can be taken (pucks.grip_mm)";
+                (grips && !arena.patches.is_empty(), allowed.to_owned())
+            }
         };
         if has {
             return Ok(());

@@ -7,8 +7,9 @@ use oneiro_shader_compiler::declarations::is_reserved;
 use crate::parameter::Invalid;
 use crate::world::arena::{Arena, Patch};
 use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
+use crate::world::pucks::Discs;
 use crate::world::reference::Reference;
-use crate::world::sensors::{Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
+use crate::world::sensors::{APART, Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
 use crate::world::spec::WorldSpec;
 use crate::world::start::Start;
 use crate::world::tables::SensorTables;
@@ -242,6 +243,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
         rays,
         others,
         pressing,
+        pucks,
         widest,
     } = text;
     objects += &of_rays(&rays);
@@ -275,7 +277,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
             let _ = writeln!(readings, "        {reading},");
         }
     }
-    let among = among(robot, &others, &pressing, &widest);
+    let among = among(robot, [&others, &pucks, &pressing], &widest);
     let (whose, world) = match robot.together {
         None => ("world: u32", ""),
         Some(_) => ("episode: Episode, step: u32", "    let world = episode.world;\n"),
@@ -344,24 +346,26 @@ fn read_out(episode: Episode, step: u32, readings: Readings) -> Readings {{
     )
 }
 
-/// A robot's sensing of the others, given the code for each other robot, for those that press bumpers, and the
-/// widest range of a bumper. None of a single robot's.
-fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> String {
+/// A robot's sensing of other robots and of pucks, given the code for each other robot, for each puck, and for those that press
+/// bumpers, and the widest range of a bumper. None of a single robot's.
+fn among(robot: &Described, [others, pucks, pressing]: [&str; 3], widest: &str) -> String {
     if robot.together.is_none() || others.is_empty() && pressing.is_empty() {
         return String::new();
     }
-    let pressed = if pressing.is_empty() {
-        String::new()
-    } else {
+    let pressed = |apart: &str| {
+        if pressing.is_empty() {
+            return String::new();
+        }
+        let pressing = pressing.replace(APART, apart);
         format!(
-            "            let near = 2.0f * members.body + {widest};
+            "            let near = {apart} + {widest};
             if (squared < near * near) {{
                 let bearing = direction(to);
 {pressing}            }}
 "
         )
     };
-    format!(
+    let mut text = format!(
         "    let members = members_of(world);
     let body_squared = members.body * members.body;
     let count = member_count(world);
@@ -370,10 +374,29 @@ fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> Strin
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let squared = squared_length(to);
         if ((other != episode.member) & (squared < members.reach_squared)) {{
-{others}{pressed}        }}
+{others}{}        }}
+    }}
+",
+        pressed("2.0f * members.body")
+    );
+    if robot.pucks().is_some() {
+        let pressed = pressed("apart");
+        let _ = write!(
+            text,
+            "    let puck = pucks_of(world).radius;
+    let apart = members.body + puck;
+    for (var other = count; other < body_count(world); other++) {{
+        let there = place_in(member_at(episode, other), MEMBER_X);
+        let to = vec2<f32>(there.x - at.x, there.y - at.y);
+        let squared = squared_length(to);
+        if (is_on_floor(episode, other) & (squared < members.reach_squared)) {{
+            let body_squared = puck * puck;
+{pucks}{pressed}        }}
     }}
 "
-    )
+        );
+    }
+    text
 }
 
 /// Where a robot starts: at its own place, or at a drawn one.
@@ -386,6 +409,11 @@ fn start_place(robot: &Described, together: &Together, spec: &WorldSpec) -> Stri
         let first = robot.differing_cell(arena);
         return format!("    let cell = numbers(world, {first}u + member);\n    return vec2<f32>(cell.x, cell.y);\n");
     }
+    place_in_field(arena)
+}
+
+/// A random place in the field.
+fn place_in_field(arena: &Arena) -> String {
     let place = if arena.is_field_round {
         "vec2<f32>(0.5f, 0.5f) + (0.5f * root(u.x)) * cosine_sine(u.y)"
     } else {
@@ -397,6 +425,26 @@ fn start_place(robot: &Described, together: &Together, spec: &WorldSpec) -> Stri
         worlds[world].field_x + place.x * worlds[world].field_width,
         worlds[world].field_y + place.y * worlds[world].field_height,
     );
+"
+    )
+}
+
+/// Constants of pucks, and where one starts: at its own place, or at a drawn one.
+fn pucks(robot: &Described, discs: &Discs, arena: &Arena) -> String {
+    let cell = robot.pucks_cell(arena);
+    let are_placed = !discs.places().is_empty();
+    let place = if are_placed {
+        format!("    let cell = numbers(world, {}u + puck);\n    return vec2<f32>(cell.x, cell.y);\n", cell + 1)
+    } else {
+        place_in_field(arena)
+    };
+    // Those with a place of their own get it before a place is drawn for others.
+    let are_first = are_placed && robot.start_places().is_empty();
+    format!(
+        "const PUCKS_CELL: u32 = {cell}u;
+const PUCKS_FIRST: bool = {are_first};
+fn puck_start(world: u32, puck: u32, u: vec4<f32>) -> vec2<f32> {{
+{place}}}
 "
     )
 }
@@ -428,6 +476,9 @@ fn first_gene(episode: Episode, member: u32) -> u32 {{
         start_place(robot, together, spec),
         first_gene(robot, together, arena)
     );
+    if let Some(discs) = &together.pucks {
+        text += &pucks(robot, discs, arena);
+    }
     if together.model.is_some() {
         let (cell, sides) = (robot.reference_cell(arena), arena.sides);
         let inner = arena.walls.len() - sides + arena.obstacles.len() + arena.blocks.len();

@@ -24,6 +24,7 @@ features! {
     near: "near",
     network: "network",
     observed: "observed",
+    pucks: "pucks",
     ordinary: "ordinary",
     missions: "reference",
     state_machine: "state-machines",

@@ -67,6 +67,8 @@ mod operations;
 mod ordinary;
 mod parity;
 mod pool;
+#[cfg(feature = "compose")]
+mod pucks;
 #[cfg(feature = "rapier")]
 mod rapier;
 #[cfg(feature = "compose")]

@@ -11,7 +11,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::parameter::Choice;
 use oneiro::random::Key;
 use oneiro::tasks::READY;
-use oneiro::world::{Collision, Robot, Task, World, WorldSpec};
+use oneiro::world::{Collision, Pucks, Robot, Task, World, WorldSpec};
 
 use crate::composed::Subject;
 
@@ -44,9 +44,19 @@ fn spec(task: Task, count: Option<u32>) -> WorldSpec {
             ..Light::default()
         },
     ];
+    let pucks = match task {
+        Task::GatherPucks | Task::BringPucks => Pucks {
+            count: Some(4),
+            radius: Some(27.0),
+            grip: Some(5.0),
+            ..Pucks::default()
+        },
+        _ => Pucks::default(),
+    };
     WorldSpec {
         task,
         arena,
+        pucks,
         robot: Robot {
             build: Build::Differential(Differential {
                 count,
@@ -68,7 +78,7 @@ fn worlds() -> Vec<(String, WorldSpec)> {
     let mut worlds = Vec::new();
     for ready in READY {
         for count in [None, Some(3)] {
-            if count.is_some() || ready.task != Task::StayTogether {
+            if count.is_some() || !ready.is_for_swarms() {
                 let name = if count.is_some() { "a swarm's " } else { "" };
                 worlds.push((format!("{name}{}", ready.word), spec(ready.task, count)));
             }
@@ -152,7 +162,7 @@ fn arenas_without_what_a_task_needs_are_refused() {
             },
             ..own.clone()
         };
-        let needs = ![Task::Cover, Task::StayTogether].contains(&own.task);
+        let needs = ![Task::Cover, Task::StayTogether, Task::GatherPucks].contains(&own.task);
         let refused = World::new(bare).err().map(|invalid| invalid.field);
         assert_eq!(refused.is_some_and(|field| field == "task.kind"), needs, "{name}");
     }

@@ -70,7 +70,7 @@ fn template(arguments: &New, console: Console) -> Result {
     let name = plain("NAME", "an experiment", given.strip_suffix(".toml").unwrap_or(given))?;
     let task = arguments.task.as_deref().filter(|_| !arguments.forager);
     let ready = task.and_then(|task| Ready::named(task.strip_suffix(".wgsl").unwrap_or(task)));
-    let is_for_swarms = ready.is_some_and(|ready| ready.task == Task::StayTogether);
+    let is_for_swarms = ready.is_some_and(Ready::is_for_swarms);
     let of_task = ready.map(|_| if is_for_swarms { OF_SWARM } else { OF_TASK });
     let robot = arguments
         .robot

@@ -91,6 +91,55 @@ fn member_pose(member_words: u32) -> vec3<f32> {
     return vec3<f32>(number(member_words, MEMBER_X), number(member_words, MEMBER_Y), number(member_words, MEMBER_HEADING));
 }
 
+// Bodies are the robots, and after them the pucks of lib/pucks.wgsl, which replaces the following functions. Here there are none.
+fn body_count(world: u32) -> u32 {
+    return member_count(world);
+}
+
+fn radius_of(world: u32, body: u32) -> f32 {
+    return members_of(world).body;
+}
+
+// Whether a body is on the floor, and not carried.
+fn is_on_floor(episode: Episode, body: u32) -> bool {
+    return true;
+}
+
+// The distance of the centres of two bodies that touch; 0 if one is not on the floor.
+fn apart_of(episode: Episode, body: u32, other: u32) -> f32 {
+    return 2.0f * members_of(episode.world).body;
+}
+
+// The part of an overlap by which the first of two bodies gives way, and the other by the rest.
+fn share_of_first(world: u32, body: u32, other: u32) -> f32 {
+    return 0.5f;
+}
+
+// The distance from an object's points at which a body touches it, and whether one there does.
+fn contact_of(world: u32, shape: u32, body: u32) -> f32 {
+    return shapes[shape].contact;
+}
+
+fn body_touches(world: u32, body: u32, at: vec2<f32>) -> bool {
+    return touches(world, at);
+}
+
+// The body that gets a place at the start after so many others, and a place that is drawn for it.
+fn body_by_turn(world: u32, turn: u32) -> u32 {
+    return turn;
+}
+
+fn start_of_body(world: u32, body: u32, u: vec4<f32>) -> vec2<f32> {
+    return start_place(world, body, u);
+}
+
+// What pucks do before bodies push each other, and after.
+fn pucks_wait(episode: Episode) {
+}
+
+fn pucks_move(episode: Episode) {
+}
+
 // A robot of a world, given the world's episode.
 fn member_episode(episode: Episode, member: u32) -> Episode {
     let member_words = member_at(episode, member);
@@ -120,20 +169,25 @@ fn floor_at(episode: Episode, place: vec2<f32>) -> f32 {
     return ground_reading(episode.world, place);
 }
 
-// Robots in clusters.
+// Robots or pucks in clusters.
 struct Clusters {
-    // number of clusters, and of robots in the largest
+    // number of clusters, and of bodies in the largest
     count: u32,
     largest: u32,
 }
 
 // Robots linked to each other, directly or through others, where less than `reach` mm lies between the centres of two.
 fn clusters_within(episode: Episode, reach: f32) -> Clusters {
-    let count = member_count(episode.world);
+    return clusters_of(episode, 0u, member_count(episode.world), reach);
+}
+
+// The same of bodies: `count` of them from `begin` on.
+fn clusters_of(episode: Episode, begin: u32, bodies: u32, reach: f32) -> Clusters {
+    let count = min(bodies, GREATEST_MEMBERS);
     for (var member = 0u; member < count; member++) {
-        put_word(member_at(episode, member), MEMBER_MET, 0u);
+        put_word(member_at(episode, begin + member), MEMBER_MET, 0u);
     }
-    // Each turn of the loop looks at one robot: whether it begins a cluster, or belongs to the one that is being followed. A vector
+    // Each turn of the loop looks at one body: whether it begins a cluster, or belongs to the one that is being followed. A vector
     // of worlds then needs no more turns than the world that needs most.
     var found = Clusters(0u, 0u);
     var first = 0u;
@@ -143,14 +197,14 @@ fn clusters_within(episode: Episode, reach: f32) -> Clusters {
     var size = 0u;
     for (var turn = 0u; turn < count * (count + 1u); turn++) {
         if (head < tail) {
-            let from_member = member_at(episode, word(member_at(episode, head), MEMBER_QUEUE));
-            let at = member_at(episode, other);
+            let from_member = member_at(episode, word(member_at(episode, begin + head), MEMBER_QUEUE));
+            let at = member_at(episode, begin + other);
             let here = place_in(from_member, MEMBER_X);
             let there = place_in(at, MEMBER_X);
             let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
             if ((word(at, MEMBER_MET) == 0u) & (squared < reach * reach)) {
                 put_word(at, MEMBER_MET, 1u);
-                put_word(member_at(episode, tail), MEMBER_QUEUE, other);
+                put_word(member_at(episode, begin + tail), MEMBER_QUEUE, begin + other);
                 tail++;
                 size++;
             }
@@ -161,10 +215,10 @@ fn clusters_within(episode: Episode, reach: f32) -> Clusters {
             if (first == count) {
                 break;
             }
-            let at = member_at(episode, first);
+            let at = member_at(episode, begin + first);
             if (word(at, MEMBER_MET) == 0u) {
                 put_word(at, MEMBER_MET, 1u);
-                put_word(member_at(episode, tail), MEMBER_QUEUE, first);
+                put_word(member_at(episode, begin + tail), MEMBER_QUEUE, begin + first);
                 tail++;
                 found.count++;
                 size = 1u;

@@ -1,32 +1,32 @@
-// Bodies that meet. Each robot wants to get to where it would be if it were alone; then bodies push each other apart and out of
-// objects, or stop. After a cycle no two bodies, and no body and no object, overlap by more than OVERLAP: robots that do, and those
-// that are in the way of such a robot's return, are back where they were.
+// Bodies that meet: robots, and the pucks of lib/pucks.wgsl. Each robot wants to get to where it would be if it were alone; then bodies
+// push each other apart and out of objects, or stop. After a cycle no two bodies, and no body and no object, overlap by more than
+// OVERLAP: bodies that do, and those that are in the way of such a body's return, are back where they were.
 
-// mm, in the distance of two robots' centres, and of a centre and an object.
+// mm, in the distance of two bodies' centres, and of a centre and an object.
 const OVERLAP: f32 = 1.0f;
 // Less than this, mm, is no overlap that pushes.
 const TOUCH: f32 = 0x1p-6f;
 // How often bodies that overlap push each other in a cycle, at most.
 const PUSHES: u32 = 12u;
-// The farthest that a robot gets in a cycle, as a fraction of its radius: less than from its centre to the nearest wall, so that
+// The farthest that a body gets in a cycle, as a fraction of its radius: less than from its centre to the nearest wall, so that
 // it comes out of a wall on the side that it was on.
 const FARTHEST: f32 = 0.75f;
 
-// Whether a body there and an object overlap by more than `less`, mm.
-fn presses(world: u32, at: vec2<f32>, less: f32) -> bool {
+// Whether a body, if it is there, and an object overlap by more than `less`, mm.
+fn presses(world: u32, body: u32, at: vec2<f32>, less: f32) -> bool {
     let first = near_first(world, at);
     let count = near_count(world, at);
     var hit = false;
     for (var index = 0u; index < count; index++) {
         let shape = near_shape(world, first + index);
-        let near = shapes[shape].contact - less;
+        let near = contact_of(world, shape, body) - less;
         hit = hit | (squared_length(toward(shape, at)) < near * near);
     }
     return hit;
 }
 
-// A place pushed out of each object that a body there would overlap, one after another.
-fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
+// A place pushed out of each object that the body would overlap there, one after another.
+fn pushed_out(world: u32, body: u32, at: vec2<f32>) -> vec2<f32> {
     let first = near_first(world, at);
     let count = near_count(world, at);
     var place = at;
@@ -34,20 +34,19 @@ fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
         let shape = near_shape(world, first + index);
         let to = toward(shape, place);
         let squared = squared_length(to);
-        let near = shapes[shape].contact - TOUCH;
+        let contact = contact_of(world, shape, body);
+        let near = contact - TOUCH;
         if ((squared < near * near) & (squared > 0x1p-20f)) {
-            let share = shapes[shape].contact * reciprocal_root(squared) - 1.0f;
+            let share = contact * reciprocal_root(squared) - 1.0f;
             place = vec2<f32>(place.x - share * to.x, place.y - share * to.y);
         }
     }
     return place;
 }
 
-// Bodies that overlap give way by half of each overlap, all at once. Returns whether any did.
+// Bodies that overlap give way by their shares of each overlap, all at once. Returns whether any did.
 fn push(episode: Episode) -> bool {
-    let count = member_count(episode.world);
-    let apart = 2.0f * members_of(episode.world).body;
-    let near = apart - TOUCH;
+    let count = body_count(episode.world);
     var pushed = false;
     for (var member = 0u; member < count; member++) {
         let member_words = member_at(episode, member);
@@ -63,12 +62,17 @@ fn push(episode: Episode) -> bool {
             let beside = place_in(another, MEMBER_BEFORE);
             let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
             let squared = squared_length(away);
+            let apart = apart_of(episode, member, other);
+            let near = max(apart - TOUCH, 0.0f);
             // Bodies at one place to a thousandth of a millimetre have no direction to part in.
             if ((squared < near * near) & (squared > 0x1p-20f)) {
-                let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
+                let overlap = apart * reciprocal_root(squared) - 1.0f;
+                let part = share_of_first(episode.world, member, other);
+                let share = part * overlap;
+                let rest = (1.0f - part) * overlap;
                 moved = vec2<f32>(moved.x + share * away.x, moved.y + share * away.y);
                 let gone = place_in(another, MEMBER_GOAL);
-                put_place(another, MEMBER_GOAL, vec2<f32>(gone.x - share * away.x, gone.y - share * away.y));
+                put_place(another, MEMBER_GOAL, vec2<f32>(gone.x - rest * away.x, gone.y - rest * away.y));
                 pushed = true;
             }
         }
@@ -79,9 +83,11 @@ fn push(episode: Episode) -> bool {
         for (var member = 0u; member < count; member++) {
             let member_words = member_at(episode, member);
             let at = place_in(member_words, MEMBER_GOAL);
-            let out = pushed_out(episode.world, at);
-            pushed = pushed | (out.x != at.x) | (out.y != at.y);
-            put_place(member_words, MEMBER_GOAL, out);
+            if (is_on_floor(episode, member)) {
+                let out = pushed_out(episode.world, member, at);
+                pushed = pushed | (out.x != at.x) | (out.y != at.y);
+                put_place(member_words, MEMBER_GOAL, out);
+            }
         }
     }
     return pushed;
@@ -101,22 +107,21 @@ fn push_all(episode: Episode) {
     }
 }
 
-// Robots that got too far, and if `overlap` those that overlap with another or with an object, return to where they were, and
-// and so are those in the way of one that returns.
+// Bodies that got too far, and if `overlap` those that overlap with another or with an object, return to where they were, and
+// so do those in the way of one that returns.
 fn take_back(episode: Episode, overlap: bool) {
-    let count = member_count(episode.world);
-    let body = members_of(episode.world).body;
-    let near = 2.0f * body - OVERLAP;
-    let farthest = FARTHEST * body;
+    let count = body_count(episode.world);
     var tail = 0u;
     for (var member = 0u; member < count; member++) {
         let member_words = member_at(episode, member);
         let at = place_in(member_words, MEMBER_GOAL);
         let start = place_in(member_words, MEMBER_X);
+        let farthest = FARTHEST * radius_of(episode.world, member);
         var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
-        if (overlap) {
-            returns = returns | presses(episode.world, at, OVERLAP);
+        if (overlap & is_on_floor(episode, member)) {
+            returns = returns | presses(episode.world, member, at, OVERLAP);
             for (var other = 0u; other < count; other++) {
+                let near = max(apart_of(episode, member, other) - OVERLAP, 0.0f);
                 let beside = place_in(member_at(episode, other), MEMBER_GOAL);
                 let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near * near;
                 returns = returns | (is_near & (other != member));
@@ -128,14 +133,16 @@ fn take_back(episode: Episode, overlap: bool) {
             tail++;
         }
     }
-    // Each turn of the loop looks at one robot, whether it is in the way of the one at the queue's head.
+    // Each turn of the loop looks at one body, whether it is in the way of the one at the queue's head.
     var head = 0u;
     var other = 0u;
     for (var turn = 0u; turn < count * count; turn++) {
         if (head == tail) {
             break;
         }
-        let start = place_in(member_at(episode, word(member_at(episode, head), MEMBER_QUEUE)), MEMBER_X);
+        let returning = word(member_at(episode, head), MEMBER_QUEUE);
+        let start = place_in(member_at(episode, returning), MEMBER_X);
+        let near = max(apart_of(episode, returning, other) - OVERLAP, 0.0f);
         let another = member_at(episode, other);
         let at = place_in(another, MEMBER_GOAL);
         let is_near = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) < near * near;

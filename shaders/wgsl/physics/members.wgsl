@@ -31,7 +31,7 @@ struct Tally {
     state: MissionState,
 }
 
-// Draws of a robot's place. Worlds have so much room that one in two is free, and robots are looked at about as often as there
+// Draws of a body's place. Worlds have so much room that one in two is free, and bodies are looked at about as often as there
 // are pairs of them and two: four times that ends a search that has no end.
 const DRAWS: u32 = 64u;
 const LOOKS: u32 = 4u;
@@ -39,7 +39,7 @@ const LOOKS: u32 = 4u;
 fn begin(episode: Episode) {
     let count = member_count(episode.world);
     put(episode.world_words, WORLD_EARNED, 0.0f);
-    for (var member = 0u; member < count; member++) {
+    for (var member = 0u; member < body_count(episode.world); member++) {
         let member_words = member_at(episode, member);
         for (var field = 0u; field < MEMBER_WORDS; field++) {
             put_word(member_words, field, 0u);
@@ -48,7 +48,7 @@ fn begin(episode: Episode) {
         put_word(member_words, MEMBER_KEY, key.x);
         put_word(member_words, MEMBER_KEY + 1u, key.y);
     }
-    place_members(episode);
+    place_bodies(episode);
     for (var member = 0u; member < count; member++) {
         let me = member_episode(episode, member);
         let pose = member_pose(me.member_words);
@@ -59,50 +59,52 @@ fn begin(episode: Episode) {
     save_mission(episode.world_words, mission_begin(episode));
 }
 
-// Starts of robots: random free places in the field, or the given places. One after the other gets a place. Each turn of the loop
-// draws one, or looks at one other robot from there: a vector of worlds then needs no more turns than the world that needs most.
-fn place_members(episode: Episode) {
+// Starts of robots and pucks: random free places in the field, or the given places. One after the other gets a place. Each turn of the
+// loop draws one, or looks at one other body from there: a vector of worlds then needs no more turns than the world that needs most.
+fn place_bodies(episode: Episode) {
     let world = episode.world;
-    let count = member_count(world);
-    let apart = 2.0f * members_of(world).body;
-    var member = 0u;
+    let count = body_count(world);
+    var placed = 0u;
     var draws = 0u;
     // whether a place was drawn, how many others have been looked at from there, and whether none is too near
     var drawn = false;
     var looked_at = 0u;
     var is_free = true;
     for (var turn = 0u; turn < DRAWS * count + LOOKS * count * count; turn++) {
-        if (member == count) {
+        if (placed == count) {
             break;
         }
-        let member_words = member_at(episode, member);
+        let body = body_by_turn(world, placed);
+        let body_words = member_at(episode, body);
         if (drawn) {
-            let there = place_in(member_at(episode, looked_at), MEMBER_X);
-            let here = place_in(member_words, MEMBER_X);
+            let other = body_by_turn(world, looked_at);
+            let there = place_in(member_at(episode, other), MEMBER_X);
+            let here = place_in(body_words, MEMBER_X);
             let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
+            let apart = apart_of(episode, body, other);
             is_free = is_free & (squared >= apart * apart);
             looked_at++;
         } else {
-            let key = vec2<u32>(word(member_words, MEMBER_KEY), word(member_words, MEMBER_KEY + 1u));
+            let key = vec2<u32>(word(body_words, MEMBER_KEY), word(body_words, MEMBER_KEY + 1u));
             let u = units(random_words(key, STREAM_START, 0u, draws));
-            let at = start_place(world, member, u);
+            let at = start_of_body(world, body, u);
             draws++;
-            if (!touches(world, at)) {
-                put_place(member_words, MEMBER_X, at);
-                put(member_words, MEMBER_HEADING, u.z);
+            if (!body_touches(world, body, at)) {
+                put_place(body_words, MEMBER_X, at);
+                put(body_words, MEMBER_HEADING, u.z);
                 drawn = true;
                 looked_at = 0u;
                 is_free = true;
             } else if (draws == DRAWS) {
-                put_place(member_words, MEMBER_X, vec2<f32>(worlds[world].start_x, worlds[world].start_y));
+                put_place(body_words, MEMBER_X, vec2<f32>(worlds[world].start_x, worlds[world].start_y));
             }
         }
-        if (drawn & (looked_at == member)) {
+        if (drawn & (looked_at == placed)) {
             drawn = false;
             draws = select(draws, DRAWS, is_free);
         }
         if (!drawn & (draws == DRAWS)) {
-            member++;
+            placed++;
             draws = 0u;
         }
     }
@@ -175,6 +177,7 @@ fn cycle(episode: Episode, step: u32) -> Cycle {
             first = did;
         }
     }
+    pucks_wait(episode);
     if (members_of(episode.world).pushes > 0.0f) {
         push_all(episode);
     } else {
@@ -186,6 +189,7 @@ fn cycle(episode: Episode, step: u32) -> Cycle {
         put_word(member_words, MEMBER_Y, word(member_words, MEMBER_GOAL + 1u));
         save_robot(member_words, robot_after(episode.world, member_pose(member_words), robot_loaded(member_words)));
     }
+    pucks_move(episode);
     var earned = members_earned(episode, step);
     let tally = mission_cycle(episode, step, mission_loaded(episode.world_words));
     save_mission(episode.world_words, tally.state);

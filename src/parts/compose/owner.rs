@@ -58,6 +58,8 @@ pub(crate) struct Described {
 pub(crate) struct Together {
     /// Number of robots.
     pub(crate) count: u32,
+    /// Number of pucks.
+    pub(crate) pucks: u32,
     /// How they hear each other, if they do.
     pub(crate) hearing: Option<Hearing>,
 }

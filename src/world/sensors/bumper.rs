@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use super::kind::{Entry, Mark};
 
+/// Stands for the distance of the centres of two bodies that touch.
+pub(crate) const APART: &str = "APART";
+
 /// Width of a bumper that has none given, turns.
 pub const WIDTH: f32 = 0.5;
 
@@ -18,7 +21,7 @@ pub(super) const ENTRY: Entry = Entry {
             let (index, own) = (each.index, each.arguments());
             let _ = writeln!(
                 text.pressing,
-                "                pressed{index} = max(pressed{index}, bumper_on(2.0f * members.body, squared, bearing, {own}));"
+                "                pressed{index} = max(pressed{index}, bumper_on({APART}, squared, bearing, {own}));"
             );
             let _ = writeln!(text.numbers, "    var pressed{index} = 0.0f;");
             let pressed = format!("max(pressed{index}, bumper_at(shape, squared, bearing, {own}))");

@@ -69,8 +69,10 @@ pub enum Feature {
     ReadsLights,
     /// It reads the charge of the robot's battery.
     ReadsBattery,
-    /// It reads only other robots.
+    /// It reads only what moves: other robots or pucks.
     ReadsRobots,
+    /// It reads only pucks.
+    ReadsPucks,
 }
 
 /// What the reach of a sensor depends on.

@@ -68,6 +68,7 @@ fn free(text: &mut Text, each: &Each<'_>, seems: bool) -> String {
         numbers,
         objects,
         others,
+        pucks,
         rays,
         ..
     } = text;
@@ -86,7 +87,9 @@ fn free(text: &mut Text, each: &Each<'_>, seems: bool) -> String {
     } else {
         format!("body_from_place(to, outward{index}, ahead{index}, body_squared, {ray})")
     };
-    let _ = writeln!(others, "            free{index} = min(free{index}, {seen});");
+    let seen = format!("            free{index} = min(free{index}, {seen});\n");
+    *others += &seen;
+    *pucks += &seen;
     let nearest = if is_at_centre {
         format!("ray_to_shape(shape, at, ahead{index}, free{index})")
     } else {

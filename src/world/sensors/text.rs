@@ -17,6 +17,8 @@ pub(crate) struct Text {
     pub(crate) others: String,
     /// For each other robot that is near enough to press a bumper.
     pub(crate) pressing: String,
+    /// For each puck that is near enough, whose names are those of other robots.
+    pub(crate) pucks: String,
     /// The widest range of a bumper.
     pub(crate) widest: String,
 }

@@ -180,6 +180,18 @@ export class Arena {
     this.words(`${long} mm`, [(left + right) / 2, bottom - 10], this.small, colours.soft);
   }
 
+  /**
+   * Discs that robots push and carry.
+   * @param {import('./facts.js').Place[]} places @param {number} radius in mm
+   */
+  pucks(places, radius) {
+    for (const place of places) {
+      this.outline({ middle: place, radius });
+      this.fill(this.colours.food);
+      this.stroke(this.colours['food-edge'], 1.2);
+    }
+  }
+
   /** Where the pen stands, taken back from pixels to mm, for tests. */
   standing() {
     const { scale, x, y, ratio } = this.view;

@@ -25,6 +25,7 @@ class Doings {
     this.senders = new Uint16Array(bytes(data.senders));
     this.fitnesses = new Float32Array(bytes(data.fitness));
     this.earned = new Float32Array(bytes(data.earned));
+    this.pucks = new Float32Array(bytes(data.pucks.places));
     /** Whether robots hear each other, whether each has a score, and whether each is alone in its world. */
     this.hears = this.senders.length > 0;
     this.scoresEach = this.earned.length > 0;
@@ -39,6 +40,16 @@ class Doings {
   /** @param {number} world @param {number} line */
   fitness(world, line) {
     return this.fitnesses[line * this.data.worlds.length + world];
+  }
+
+  /**
+   * Where pucks are.
+   * @param {number} world @param {number} line @returns {import('./facts.js').Place[]}
+   */
+  pucksIn(world, line) {
+    const { count } = this.data.pucks;
+    const first = count * (line * this.data.worlds.length + world);
+    return Array.from({ length: count }, (_, puck) => [this.pucks[2 * (first + puck)], this.pucks[2 * (first + puck) + 1]]);
   }
 
   /** @param {number} robot @param {number} line */
@@ -144,6 +155,8 @@ function drawArena() {
     if (!pose) return;
     drawRobot(arena, pose, { body: data.body, name: names[robot], act: doings.act(robot, moment.line), followed: robot === followed });
   });
+  // After the robots, so that those are seen that they carry.
+  arena.pucks(doings.pucksIn(shown, moment.line), data.pucks.radius);
   const pose = poses[followed];
   if (pose && isOn('sensors')) {
     drawSensors(arena, pose, data.body, sensors, (index) =>

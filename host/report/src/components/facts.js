@@ -109,6 +109,7 @@ import { element } from './dom.js';
  * @property {Act[]} plain each robot without a machine
  * @property {string} who what comes before names: robot; or generation or the, if robots of several worlds are shown in one arena
  * @property {World[]} worlds
+ * @property {{ radius: number, count: number, places: string }} pucks for each line, for each world, for each puck: x and y in mm, floats
  * @property {string} fitness for each line, for each world: floats
  * @property {string} earned for each line, for each robot: floats; empty unless robots have scores
  * @property {string} state for each line, for each robot: an index of acts; empty without machines

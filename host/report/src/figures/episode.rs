@@ -111,8 +111,10 @@ pub fn bytes_of_record(world: &World) -> usize {
         count(|kind| kind == DetailKind::Heard),
         count(|kind| kind == DetailKind::Earned),
     );
-    // In words of 16 bits: the pose, the state, readings, senders and what was earned; as Base64.
-    (4 + readings + 2 * heard + 2 * earned) * 2 * 4 / 3
+    // Pucks are written once for all robots, two words each.
+    let pucks = count(|kind| kind == DetailKind::Puck).div_ceil(world.robots() as usize);
+    // In words of 16 bits: the pose, the state, readings, senders, what was earned, and pucks; as Base64.
+    (4 + readings + 2 * heard + 2 * earned + 2 * pucks) * 2 * 4 / 3
 }
 
 /// The speeds of the wheels, which come after the readings.
@@ -384,6 +386,20 @@ impl EpisodeReplay<'_> {
         })
     }
 
+    /// Places of all pucks, x and y in mm as floats.
+    fn pucks(&self) -> impl Iterator<Item = u16> {
+        let places = self.places(DetailKind::Puck);
+        let first_of_each = self.robots.iter().step_by(self.each());
+        (0..self.robots[0].len()).flat_map(move |line| {
+            let places = places.clone();
+            first_of_each.clone().flat_map(move |trace| {
+                let details = trace.details(line);
+                let places = places.iter().flat_map(|place| halves(details[*place]));
+                places.collect::<Vec<_>>()
+            })
+        })
+    }
+
     /// All data for the script.
     fn facts(&self) -> BTreeMap<&'static str, Value> {
         let spec = self.world.spec();
@@ -411,6 +427,8 @@ impl EpisodeReplay<'_> {
             (0..self.robots[0].len()).flat_map(|line| first_of_each.clone().map(move |robot| robot[line].fitness));
         let world = |world| json!({ "name": self.compared.name(world), "colour": self.compared.colour(world) });
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
+        let pucks = self.pucks();
+        let radius = spec.pucks.radius.unwrap_or_default();
         let mut facts = pose_facts(&poses, spec.robot.body_radius);
         facts.extend([
             ("acts", acts.collect()),
@@ -427,6 +445,8 @@ impl EpisodeReplay<'_> {
             ("names", json!(self.names())),
             ("times", times.collect()),
             ("view", json!(view(&spec.arena, spec.robot.body_radius, &poses))),
+            // For each line, for each world, for each puck.
+            ("pucks", json!({ "radius": radius, "count": self.world.pucks(), "places": packed(pucks) })),
             // For each line, for each world.
             (
                 "fitness",

@@ -180,8 +180,19 @@ pub(super) fn problems(
     problems
 }
 
-/// Functions that parts may call in swarms; `lib/members` has them.
-const TOGETHER: [&str; 2] = ["robot_pose", "clusters_within"];
+/// Functions that parts may call in swarms; `lib/members` has them, and `lib/pucks` those of pucks.
+const TOGETHER: [&str; 10] = [
+    "robot_pose",
+    "clusters_within",
+    "pucks",
+    "puck_radius",
+    "puck_place",
+    "is_carried",
+    "carries_puck",
+    "puck_clusters_within",
+    "take_puck",
+    "put_puck",
+];
 
 /// Refuses parts that declare or call what only foragers' or only swarms' kernels have.
 pub(super) fn of_few(custom: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {

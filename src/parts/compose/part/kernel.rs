@@ -64,6 +64,9 @@ const VARIED: &str = "robot/varied.wgsl";
 /// The part of arenas of many objects.
 const NEAR: &str = "lib/near.wgsl";
 
+/// The part of pucks.
+const PUCKS: &str = "lib/pucks.wgsl";
+
 /// Whether an episode has that noise. Reality that is reported has none of the simulator's.
 fn is_varied(owner: &Owner) -> bool {
     owner.episodes == EpisodeKind::Simulated && owner.is_varied
@@ -242,9 +245,12 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     match &owner.make {
         Make::Sampled => {}
         Make::Described(robot) => {
-            if let Some(Together { count, hearing }) = robot.together {
+            if let Some(Together { count, pucks, hearing }) = robot.together {
                 // Its traces have as many poses.
                 let _ = write!(name, "+{count}-together");
+                if pucks > 0 {
+                    let _ = write!(name, "+{pucks}-pucks");
+                }
                 if let Some(Hearing { model, cycles, .. }) = hearing {
                     let _ = write!(name, "+{model}-{cycles}");
                 }
@@ -477,6 +483,9 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     }
     if owner.has_many_objects {
         parts = with(parts, shipped(NEAR));
+    }
+    if together.is_some_and(|together| together.pucks > 0) {
+        parts = with(parts, shipped(PUCKS));
     }
     if custom.iter().any(|each| !each.part.is_of_oneiro) {
         for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {

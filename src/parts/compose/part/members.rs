@@ -190,6 +190,10 @@ fn save_{word}(words: u32, memory: {structure}) {{
         text += &observed(together.count, &mut of_member);
     }
     text += &heard(together, &mut of_world, &mut of_member);
+    if together.pucks > 0 {
+        let _ = writeln!(text, "const MEMBER_HELD: u32 = MEMBER_MEMORY + {}u;", of_member.count);
+        of_member.count += 1;
+    }
     let [world, member] = WORDS;
     let _ = writeln!(
         text,
@@ -201,7 +205,7 @@ fn save_{word}(words: u32, memory: {structure}) {{
 
 /// Words for messages and the floor. Each robot has a word for the floor, one for the number of messages received in this
 /// cycle, and two for the messages of each of the last cycles. The world has a word for each message of a cycle.
-fn heard(Together { count, hearing }: Together, of_world: &mut Words, of_member: &mut Words) -> String {
+fn heard(Together { count, hearing, .. }: Together, of_world: &mut Words, of_member: &mut Words) -> String {
     let Some(Hearing { cycles, .. }) = hearing else {
         return "fn hear(episode: Episode, step: u32) {\n}\n".to_owned();
     };

@@ -53,6 +53,7 @@ const WRITTEN: &[(&str, &str)] = &[
     ("parametric surrogate", PARAMETRIC_SURROGATE),
     ("polygon", POLYGON),
     ("swarm", SWARM),
+    ("pucks", PUCKS),
     ("model", MODEL),
     ("state machine", STATE_MACHINE),
     ("coevolution", COEVOLUTION),
@@ -599,6 +600,33 @@ kind = 'own'
 part = 'evostick/cues.wgsl'
 [evolution]
 population = 4
+parents = 2
+generations = 2
+finalists = 0
+initial = [-3, 3]
+";
+
+const PUCKS: &str = "
+cycles = 60
+[robot]
+preset = 'epuck'
+count = 3
+starts_mm = [[60, 60], [150, 60], [60, 150]]
+sensors = [{ name = 'sees', kind = 'puck', range_mm = 400 }, { name = 'near', range_mm = 60 }, { name = 'has', kind = 'gripper' }]
+[pucks]
+count = 3
+radius_mm = 20
+yields = 0.7
+grip_mm = 5
+places_mm = [[110, 60], [60, 105], [200, 200]]
+[arena]
+width_mm = 320
+height_mm = 310
+patches = [{ x_mm = 110, y_mm = 110, radius_mm = 100 }]
+[task]
+kind = 'bring-pucks'
+[evolution]
+population = 6
 parents = 2
 generations = 2
 finalists = 0

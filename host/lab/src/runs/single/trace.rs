@@ -54,7 +54,7 @@ impl TraceTable {
             .chain(details(|kind| kind == DetailKind::Real))
             .chain(records(&SEEN))
             .chain(details(|kind| matches!(kind, DetailKind::Memory(_))))
-            .chain(details(|kind| kind == DetailKind::Other))
+            .chain(details(|kind| matches!(kind, DetailKind::Other | DetailKind::Puck)))
             .chain(details(|kind| matches!(kind, DetailKind::Heard | DetailKind::Earned)));
         Self { cells: cells.collect() }
     }
@@ -140,6 +140,9 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
         (DetailKind::Other, _) => OWN.named(name.clone()).about(
             "another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned(),
         ),
+        (DetailKind::Puck, _) => OWN
+            .named(name.clone())
+            .about("a puck's place at the start of the cycle: x and y in mm".to_owned()),
         (DetailKind::Heard, _) => Column::whole("", "", "").named(name.clone()).about(
             "the robots whose messages it has received since the row before: a bit for each, the lowest for robot 0"
                 .to_owned(),
