@@ -444,7 +444,7 @@ pub(crate) struct New {
     /// Also write NAME.wgsl, a custom controller
     #[arg(long, value_name = "NAME")]
     pub(crate) controller: Option<String>,
-    /// Also write NAME.wgsl, a custom task (with --swarm: its mission), or a copy of the task with this name: reach, visit, collect, cover, follow-line, follow-wall, stay-together or phototaxis
+    /// Also write NAME.wgsl, a custom task (with --swarm: its mission), or a copy of the task with this name: reach, visit, collect, cover, follow-line, follow-wall, stay-together, phototaxis, gather-pucks or bring-pucks
     #[arg(long, value_name = "NAME")]
     pub(crate) task: Option<String>,
     /// Write all keys, each with its meaning and allowed values

@@ -349,11 +349,6 @@ impl Arena {
         self.walls.len() + self.obstacles.len() + self.blocks.len()
     }
 
-    /// Whether these are so many that a grid says which are near.
-    pub(crate) fn has_many(&self) -> bool {
-        self.objects() > GREATEST_SEEN
-    }
-
     /// The walls that are the sides of a convex polygon.
     pub fn polygon_sides(&self) -> &[Wall] {
         &self.walls[self.walls.len().saturating_sub(self.sides)..]

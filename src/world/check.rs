@@ -15,6 +15,7 @@ use crate::parts::network::Network;
 use crate::world::arena::{Arena, Field, GREATEST_OBJECTS, GREATEST_SEEN, Wall};
 use crate::world::body::Collision;
 use crate::world::described::{Described, Drive, Together};
+use crate::world::near::may_look_by_grid;
 use crate::world::pucks::Discs;
 use crate::world::noise::Noise;
 use crate::world::pack;
@@ -207,13 +208,7 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
 
 /// Checks that an arena has only so many objects as a robot's kernel looks at.
 fn few_objects(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
-    let looks_by_grid = match physics {
-        Physics::Described(robot, surrogate) => {
-            surrogate.is_none() && robot.model().is_none() && !robot.has_sampled_sensors()
-        }
-        Physics::Sampled | Physics::Individual(_) | Physics::Forager(_) => false,
-    };
-    if looks_by_grid || !spec.arena.has_many() {
+    if may_look_by_grid(physics) || spec.arena.objects() <= GREATEST_SEEN {
         return Ok(());
     }
     let problem = format!(

@@ -13,7 +13,7 @@ const GREATEST_VARIANTS: usize = 4096;
 /// Drawn worlds unless an experiment says how many.
 const DRAWN: u32 = 100;
 /// The keys of drawn numbers begin with one of these.
-const TABLES: [&str; 4] = ["arena.", "noise.", "robot.", "start."];
+const TABLES: [&str; 5] = ["arena.", "noise.", "pucks.", "robot.", "start."];
 /// The lists of ranges, and of values.
 const VARY: &str = "worlds.vary";
 const CHOOSE: &str = "worlds.choose";
@@ -100,7 +100,7 @@ impl WorldSpec {
             let meant =
                 parameter::nearest(keys, &pattern).map_or_else(String::new, |meant| format!("; did you mean {meant}?"));
             return refused(format!(
-                "which is no number of a world{meant}; allowed: keys of numbers of the tables arena, noise, robot and start, such as \
+                "which is no number of a world{meant}; allowed: keys of numbers of the tables arena, noise, pucks, robot and start, such as \
                  \"arena.obstacles[0].x_mm\""
             ));
         };

@@ -5,13 +5,34 @@ use oneiro_shaders::episode::{self, BLOCK};
 
 use crate::exact::zero;
 use crate::parameter::Invalid;
+use crate::world::physics::Physics;
+use crate::world::spec::WorldSpec;
 
 /// Most objects of a square's list, as `lib/near.wgsl` has it.
 const GREATEST_NEAR: usize = 512;
+/// Up to so many objects, looking at all costs less than the grid.
+const FEW: usize = 40;
 /// Most squares along a side.
 const GREATEST_SIDE: f32 = 192.0;
 /// Added to every distance, mm: more than any rounding.
 const MARGIN: f32 = 1.0;
+
+impl WorldSpec {
+    /// Whether a grid says which objects are near a robot with these physics, and not a loop over all.
+    pub(super) fn looks_by_grid(&self, physics: &Physics) -> bool {
+        self.arena.objects() > FEW && may_look_by_grid(physics)
+    }
+}
+
+/// Whether a robot's kernel can be made to look at what is near: it sums up no samples, and counts no objects.
+pub(super) fn may_look_by_grid(physics: &Physics) -> bool {
+    match physics {
+        Physics::Described(robot, surrogate) => {
+            surrogate.is_none() && robot.model().is_none() && !robot.has_sampled_sensors()
+        }
+        Physics::Sampled | Physics::Individual(_) | Physics::Forager(_) => false,
+    }
+}
 
 /// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,
 /// mm², as the kernels compute it.

@@ -513,7 +513,7 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
 pub(super) fn touching(spec: &WorldSpec, physics: &Physics, shapes: &[episode::Shape]) -> Option<Grid> {
     let body = spec.robot.body_radius;
     let larger = physics.pucks().map_or(0.0, |pucks| (pucks.radius - body).max(0.0));
-    spec.arena.has_many().then(|| Grid::new(shapes, body, larger))
+    spec.looks_by_grid(physics).then(|| Grid::new(shapes, body, larger))
 }
 
 /// Gap between a robot and the nearest object, mm.

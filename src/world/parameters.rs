@@ -291,7 +291,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Radius around its middle that a round zone leaves out; default: none.", |spec, _| Some(&mut zone(spec)?.inner)),
         row("start.patch", "", Whole(0, 63), OURS,
             "Number of a patch of the floor that is the zone, from 0, such as a nest.", |spec, _| Some(&mut zone(spec)?.patch)),
-        row("worlds.vary", "", Text("for keys of numbers of arena, noise, robot and start, their ranges, [minimum, maximum]"), OURS,
+        row("worlds.vary", "", Text("for keys of numbers of arena, noise, pucks, robot and start, their ranges, [minimum, maximum]"), OURS,
             "Numbers drawn for each of the worlds, uniformly; a key with [] stands for each element of its list.", |spec, _| Some(&mut spec.as_mut().varied.vary)),
         row("worlds.choose", "", Text("for such keys, lists of values"), OURS,
             "Numbers of which each of the worlds takes one at random.", |spec, _| Some(&mut spec.as_mut().varied.choose)),

@@ -87,7 +87,12 @@ impl Ready {
 
     /// Whether only swarms have it.
     pub fn is_for_swarms(&self) -> bool {
-        matches!(self.task, Task::StayTogether | Task::GatherPucks | Task::BringPucks)
+        self.task == Task::StayTogether || self.has_pucks()
+    }
+
+    /// Whether it is about pucks.
+    pub fn has_pucks(&self) -> bool {
+        matches!(self.needs, Needs::Pucks | Needs::Nest)
     }
 
     /// Checks that a world has what it needs.

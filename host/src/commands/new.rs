@@ -71,11 +71,13 @@ fn template(arguments: &New, console: Console) -> Result {
     let task = arguments.task.as_deref().filter(|_| !arguments.forager);
     let ready = task.and_then(|task| Ready::named(task.strip_suffix(".wgsl").unwrap_or(task)));
     let is_for_swarms = ready.is_some_and(Ready::is_for_swarms);
-    let of_task = ready.map(|_| if is_for_swarms { OF_SWARM } else { OF_TASK });
+    // Robots with a reference model have no pucks.
+    let has_pucks = ready.is_some_and(Ready::has_pucks);
+    let of_task = ready.map(|_| if is_for_swarms && !has_pucks { OF_SWARM } else { OF_TASK });
     let robot = arguments
         .robot
         .as_deref()
-        .or(arguments.swarm.then_some(OF_SWARM))
+        .or((arguments.swarm && !has_pucks).then_some(OF_SWARM))
         .or(of_task);
     let robots = match robot.map(Shipped::named).transpose()? {
         Some(robot) if arguments.swarm && !robot.may_swarm() => {

@@ -13,9 +13,9 @@ pub(crate) struct Owner {
     pub(crate) fields: Vec<String>,
     /// The kind of its episodes.
     pub(crate) episodes: EpisodeKind,
-    /// Whether its arena has many objects.
+    /// Whether a grid says which objects are near.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
-    pub(crate) has_many_objects: bool,
+    pub(crate) looks_by_grid: bool,
     /// Whether its world has noise that the shipped kernels don't have.
     pub(crate) is_varied: bool,
 }

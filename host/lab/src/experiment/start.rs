@@ -132,6 +132,11 @@ impl Start<'_> {
                 set("arena.height_mm", "2000.0".to_owned(), "height");
                 let spot = "[{ x_mm = 1000.0, y_mm = 1000.0, radius_mm = 300.0, grey = 0.0 }]".to_owned();
                 set("arena.patches", spot, "a black spot on the floor");
+                if self.ready().is_some_and(Ready::has_pucks) {
+                    set("pucks.count", "20".to_owned(), "discs that the robots push and carry");
+                    set("pucks.radius_mm", "40.0".to_owned(), "their radius");
+                    set("pucks.grip_mm", "10.0".to_owned(), "gap within which a robot can take one");
+                }
             }
         }
         let lights = self.ready().is_some_and(|ready| ready.task == Task::Phototaxis);

@@ -277,7 +277,7 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     if is_varied(owner) {
         name += "+varied";
     }
-    if owner.has_many_objects {
+    if owner.looks_by_grid {
         name += "+near";
     }
     for each in parts.iter() {
@@ -481,7 +481,7 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     if is_varied(owner) {
         parts = with(parts, shipped(VARIED));
     }
-    if owner.has_many_objects {
+    if owner.looks_by_grid {
         parts = with(parts, shipped(NEAR));
     }
     if together.is_some_and(|together| together.pucks > 0) {
