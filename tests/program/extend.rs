@@ -528,6 +528,9 @@ fn examples_are_written_with_their_parts() {
             "automode-aggregation",
             "automode-cues",
             "automode-foraging",
+            "puck-clustering",
+            "puck-foraging",
+            "five-starts",
             "odowd2014-over",
         ]
     );
@@ -562,7 +565,7 @@ fn examples_are_written_with_their_parts() {
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
         "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather, predator-prey, \
          evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration, \
-         automode-aggregation, automode-cues, automode-foraging, odowd2014-over",
+         automode-aggregation, automode-cues, automode-foraging, puck-clustering, puck-foraging, five-starts, odowd2014-over",
     ]);
     place
         .run(&["new", "--example", "agregation"])

@@ -4,14 +4,13 @@ use std::sync::Arc;
 
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
-use oneiro::compose::OwnParts;
 use oneiro::foraging::{Foraging, Light};
 use oneiro::parameter::Invalid;
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::swarm::{self, Lamp, Order, Swarm};
 use oneiro::tables::SensorTable;
-use oneiro::world::{Activation, Controller, Difference, Noise, Robot, Speed, Start, Task, Varied, World, WorldSpec};
+use oneiro::world::{Activation, Controller, Difference, Noise, Robot, Speed, Start, Task, World, WorldSpec};
 
 /// Cycles of an episode, as in the 1995 paper.
 pub const CYCLES: u32 = 500;
@@ -102,8 +101,6 @@ pub fn worlds(controller: &Controller, robot: &Robot) -> Result<Vec<World>, Inva
                 Start::Random
             };
             worlds.push(World::new(WorldSpec {
-                surrogate: None,
-                varied: Varied::default(),
                 robot: Robot {
                     turn_before_move: [0.0, 0.5, 1.0][turn % 3],
                     ..robot.clone()
@@ -111,7 +108,6 @@ pub fn worlds(controller: &Controller, robot: &Robot) -> Result<Vec<World>, Inva
                 arena: arena.clone(),
                 noise,
                 controller: controller.clone(),
-                own: OwnParts::default(),
                 task: Task::Avoidance {
                     speed: speeds[turn % 2],
                     difference: differences[turn / 2 % 2],
@@ -125,6 +121,7 @@ pub fn worlds(controller: &Controller, robot: &Robot) -> Result<Vec<World>, Inva
                 },
                 start,
                 cycles: CYCLES,
+                ..WorldSpec::miglino1995()
             })?);
         }
     }

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use oneiro::compose;
 use oneiro::parameter::nearest;
 use oneiro::tasks::Ready;
-use oneiro::world::Task;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};

@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub static EXAMPLES: [Example; 20] = [
+pub static EXAMPLES: [Example; 23] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -135,6 +135,21 @@ pub static EXAMPLES: [Example; 20] = [
         name: "automode-foraging",
         about: "twenty e-pucks bring items to a nest, as state machines",
         files: &[file!("automode-foraging.toml"), file!("evostick/foraging.wgsl")],
+    },
+    Example {
+        name: "puck-clustering",
+        about: "five e-pucks push twenty pucks together",
+        files: &[file!("puck-clustering.toml")],
+    },
+    Example {
+        name: "puck-foraging",
+        about: "six e-pucks carry pucks to the nest that they start in",
+        files: &[file!("puck-foraging.toml")],
+    },
+    Example {
+        name: "five-starts",
+        about: "an e-puck drives to a lamp from each of five starts",
+        files: &[file!("five-starts.toml")],
     },
     Example {
         name: "odowd2014-over",
