@@ -334,19 +334,19 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
         }
         placed("robot.starts_mm", places)?;
     }
-    // Each body keeps a disc of twice its radius from the centres of others, pucks one of that of the largest; a draw finds a place with
-    // a chance of a half.
+    // Bodies keep the others' centres out of discs; a draw finds a place with a chance of a half.
     let body = spec.robot.body_radius;
-    let disc = |radius: f32| 4.0 * std::f32::consts::PI * radius * radius;
+    let disc = |one: f32, other: f32| std::f32::consts::PI * (one + other) * (one + other);
     if let Some(pucks) = drawn_pucks {
         let largest = body.max(pucks.radius);
         let Field { width, height, .. } = spec.arena.field;
         let area = Area::of(&Start::Random, &spec.arena)?;
         let free = pack::free_share(spec, physics, area, largest - body);
-        let most = 0.5 * free * width * height / disc(largest);
-        if (pucks.count + count) as f32 > most {
+        let room = 0.5 * free * width * height - *count as f32 * disc(body, largest);
+        let most = (room / disc(pucks.radius, largest)).max(0.0);
+        if pucks.count as f32 > most {
             let problem = format!(
-                "is {}, but the arena has room for the starts of {most:.0} robots and pucks; allowed: fewer, or a larger arena",
+                "is {}, but the arena has room for {most:.0} beside the robots; allowed: fewer, or a larger arena",
                 pucks.count
             );
             return Err(Invalid::new("pucks.count", problem));
@@ -357,9 +357,9 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     }
     let area = Area::of(&spec.start, &spec.arena)?;
     let Field { width, height, .. } = area.bounds();
-    let placed = pucks.map_or(0.0, |pucks| pucks.places().len() as f32 * disc(0.5 * (body + pucks.radius)));
+    let placed = pucks.map_or(0.0, |pucks| pucks.places().len() as f32 * disc(body, pucks.radius));
     let room = 0.5 * pack::free_share(spec, physics, area, 0.0) * width * height - placed;
-    let most = (room / disc(body)).max(0.0);
+    let most = (room / disc(body, body)).max(0.0);
     if *count as f32 <= most {
         return Ok(());
     }

@@ -77,6 +77,16 @@ const SHORTER: [(&str, &str, &str); 13] = [
     ("docs/evostick.md", "--trials 40", "--trials 2"),
     ("docs/classics/aggregation.md", "--trials 100", "--trials 2"),
     (
+        "docs/pucks.md",
+        "puck-clustering.toml --seed 1",
+        "puck-clustering.toml --seed 1 --set evolution.generations=2",
+    ),
+    (
+        "docs/pucks.md",
+        "puck-foraging.toml --seed 1",
+        "puck-foraging.toml --seed 1 --set evolution.generations=2",
+    ),
+    (
         "docs/classics/predator-prey.md",
         "predator-prey.toml --seed 1",
         "predator-prey.toml --seed 1 --set evolution.generations=2",
@@ -84,7 +94,7 @@ const SHORTER: [(&str, &str, &str); 13] = [
 ];
 
 /// Pictures, the page whose blocks draw them, the file that they draw or draw into, and whether they do only at full length.
-const DRAWN: [(&str, &str, &str, bool); 31] = [
+const DRAWN: [(&str, &str, &str, bool); 33] = [
     ("docs/champion.svg", "README.md", "runs/*/path.svg", false),
     (
         "docs/learning-curve.svg",
@@ -131,6 +141,13 @@ const DRAWN: [(&str, &str, &str, bool); 31] = [
         "together/path.svg",
         true,
     ),
+    (
+        "docs/pictures/puck-clustering.svg",
+        "docs/pucks.md",
+        "clustering.svg",
+        true,
+    ),
+    ("docs/pictures/puck-foraging.svg", "docs/pucks.md", "foraging.svg", true),
     ("docs/pictures/five-starts.svg", "docs/worlds.md", "five.svg", false),
     (
         "docs/evostick-aggregation.svg",

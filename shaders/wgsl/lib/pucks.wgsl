@@ -22,7 +22,7 @@ fn pucks_of(world: u32) -> PucksCell {
 }
 
 fn puck_count(world: u32) -> u32 {
-    return min(u32(pucks_of(world).count), GREATEST_MEMBERS - member_count(world));
+    return min(u32(pucks_of(world).count), GREATEST_MEMBERS);
 }
 
 fn body_count(world: u32) -> u32 {

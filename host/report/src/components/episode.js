@@ -329,6 +329,7 @@ for (const [name, colour] of new Map([...acts, ...named].map(({ name, colour }) 
   legendEntry(`<circle r="7.5" fill="${colour}" stroke="var(--rim)"/><path d="M7 0L3.2 3.4V-3.4Z" fill="var(--rim)"/>`, name);
 }
 if (hears) legendEntry(MESSAGE_PICTURE, 'hears now');
+if (data.pucks.count > 0) legendEntry('<circle r="6" fill="var(--food)" stroke="var(--food-edge)"/>', 'puck');
 if (ground.lamps.length > 0) legendEntry('<circle r="5" fill="var(--lamp)" stroke="var(--lamp-edge)"/>', 'lamp');
 const choice = element('charted', HTMLSelectElement);
 ['fitness', ...readings.map(({ name }) => name)].forEach((name) => made('option', choice, { textContent: name }));

@@ -68,7 +68,7 @@ pub enum Compared<'a> {
 
 impl Compared<'_> {
     /// The number of worlds.
-    fn worlds(self) -> usize {
+    pub(super) fn worlds(self) -> usize {
         match self {
             Self::Nothing => 1,
             Self::Generations(own) => own.len(),
@@ -386,18 +386,11 @@ impl EpisodeReplay<'_> {
         })
     }
 
-    /// Places of all pucks, x and y in mm as floats.
-    fn pucks(&self) -> impl Iterator<Item = u16> {
-        let places = self.places(DetailKind::Puck);
-        let first_of_each = self.robots.iter().step_by(self.each());
-        (0..self.robots[0].len()).flat_map(move |line| {
-            let places = places.clone();
-            first_of_each.clone().flat_map(move |trace| {
-                let details = trace.details(line);
-                let places = places.iter().flat_map(|place| halves(details[*place]));
-                places.collect::<Vec<_>>()
-            })
-        })
+    /// Places of the pucks of a world in a line, mm.
+    pub(super) fn pucks(&self, world: usize, line: usize) -> Vec<[f32; 2]> {
+        let details = self.robots[world * self.each()].details(line);
+        let places: Vec<f32> = self.places(DetailKind::Puck).iter().map(|place| f32::from_bits(details[*place])).collect();
+        places.as_chunks().0.to_vec()
     }
 
     /// All data for the script.
@@ -427,7 +420,9 @@ impl EpisodeReplay<'_> {
             (0..self.robots[0].len()).flat_map(|line| first_of_each.clone().map(move |robot| robot[line].fitness));
         let world = |world| json!({ "name": self.compared.name(world), "colour": self.compared.colour(world) });
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
-        let pucks = self.pucks();
+        let each_world = (0..self.robots[0].len()).flat_map(|line| (0..self.compared.worlds()).map(move |world| (world, line)));
+        let pucks = each_world.flat_map(|(world, line)| self.pucks(world, line));
+        let pucks = packed(pucks.flatten().flat_map(|place| halves(place.to_bits())));
         let radius = spec.pucks.radius.unwrap_or_default();
         let mut facts = pose_facts(&poses, spec.robot.body_radius);
         facts.extend([
@@ -446,7 +441,7 @@ impl EpisodeReplay<'_> {
             ("times", times.collect()),
             ("view", json!(view(&spec.arena, spec.robot.body_radius, &poses))),
             // For each line, for each world, for each puck.
-            ("pucks", json!({ "radius": radius, "count": self.world.pucks(), "places": packed(pucks) })),
+            ("pucks", json!({ "radius": radius, "count": self.world.pucks(), "places": pucks })),
             // For each line, for each world.
             (
                 "fitness",

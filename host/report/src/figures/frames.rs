@@ -17,6 +17,8 @@ const PIECES: usize = 10;
 const WALL: f64 = 0.005;
 /// Colour of sensors.
 const SENSOR: &str = "#b3263c";
+/// Colour of pucks, and of their edges.
+const PUCK: (&str, &str) = ("#93b94a", "#55741c");
 /// Seconds in a cycle.
 const CYCLE: f64 = 0.1;
 
@@ -85,6 +87,7 @@ impl<'a> Frames<'a> {
         for robot in 0..self.replay.robots.len() {
             self.robot(&mut svg, robot, line);
         }
+        self.pucks(&mut svg, line);
         let share = line as f64 / self.last().max(1) as f64;
         let words = format!("{} s of {} s", number(self.time(line)), number(self.seconds()));
         foot(&mut svg, self.size, share, &words);
@@ -151,6 +154,15 @@ impl<'a> Frames<'a> {
             self.sensor(svg, sensor, line, radius);
         }
         svg.raw("</g>");
+    }
+
+    /// Draws pucks, after the robots that may carry them.
+    fn pucks(&self, svg: &mut Svg, line: usize) {
+        let radius = f64::from(self.replay.world.spec().pucks.radius.unwrap_or_default()) * self.sheet.scale;
+        for [x, y] in (0..self.replay.compared.worlds()).flat_map(|world| self.replay.pucks(world, line)) {
+            let style = format!("fill=\"{}\" stroke=\"{}\" stroke-width=\"1.2\"", PUCK.0, PUCK.1);
+            svg.circle(self.sheet.place((x.into(), y.into())), radius, &style, "");
+        }
     }
 
     /// Draws a sensor of the only robot, from its centre.
