@@ -137,8 +137,26 @@ pub fn adapters() -> Vec<Adapter> {
     }
 }
 
+/// Whether this process may have as much memory as drivers need. A Vulkan loader that gets too little never comes back: it fails
+/// with its lock taken, which it waits for when it is unloaded.
+fn drivers_have_room() -> bool {
+    #[cfg(unix)]
+    {
+        let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
+        limit.is_none_or(|bytes| bytes >= LEAST_ROOM)
+    }
+    #[cfg(not(unix))]
+    true
+}
+
+/// The least limit of a process's memory (`ulimit -v`) with which drivers are loaded, bytes.
+const LEAST_ROOM: u64 = 2 << 30;
+
 /// Adapters of these interfaces, or of those that `WGPU_BACKEND` names.
 fn adapters_of(backends: wgpu::Backends) -> Vec<Adapter> {
+    if !drivers_have_room() {
+        return Vec::new();
+    }
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     // Kernels are never dispatched indirectly, and compiling the check's own kernels would slow the start.
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
@@ -162,7 +180,7 @@ pub fn find(choice: &Choice) -> Result<Adapter, Error> {
     if all.is_empty() {
         let limited = std::env::var("WGPU_BACKEND").map(|backend| format!(" for WGPU_BACKEND={backend}"));
         return Err(Error::NoDevice(format!(
-            "no GPU driver was found{}, or none had enough memory; install your card's Vulkan driver, or a software one (Debian and \
+            "no GPU driver was found{}, or this program may have less than 2 GiB (ulimit -v); install your card's Vulkan driver, or a software one (Debian and \
              Ubuntu: mesa-vulkan-drivers)",
             limited.unwrap_or_default()
         )));
