@@ -219,7 +219,10 @@ impl World {
 
     /// Number of pucks.
     pub fn pucks(&self) -> u32 {
-        self.0.physics.together().map_or(0, |swarm| swarm.bodies() - swarm.count)
+        self.0
+            .physics
+            .together()
+            .map_or(0, |swarm| swarm.bodies() - swarm.count)
     }
 
     /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the

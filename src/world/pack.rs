@@ -84,7 +84,8 @@ impl Packed {
             let wider = wider(&shapes, pucks.radius - spec.robot.body_radius);
             let taken = pucks.places().iter().find(|[x, y]| touches(&wider, Vec2::new(*x, *y)));
             if let Some([x, y]) = taken {
-                let problem = format!("has ({x}, {y}) mm, which touches an object; allowed: where the whole puck is free");
+                let problem =
+                    format!("has ({x}, {y}) mm, which touches an object; allowed: where the whole puck is free");
                 return Err(Invalid::new("pucks.places_mm", problem));
             }
         }

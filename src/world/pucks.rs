@@ -57,7 +57,10 @@ impl Pucks {
             let reads = |sensor: &super::sensors::Sensor| sensor.kind.entry().has(Feature::ReadsPucks);
             return match robot.sensors.iter().position(reads) {
                 Some(index) => {
-                    let problem = format!("is {}; allowed: only with pucks.count", robot.sensors[index].kind.entry().name);
+                    let problem = format!(
+                        "is {}; allowed: only with pucks.count",
+                        robot.sensors[index].kind.entry().name
+                    );
                     Err(Invalid::new(format!("robot.sensors[{index}].kind"), problem))
                 }
                 None => Ok(()),
@@ -85,10 +88,16 @@ impl Pucks {
             };
         };
         let Some((robot, swarm)) = robot.and_then(|robot| Some((robot, robot.together.as_ref()?))) else {
-            return invalid("count", "is given; allowed: only in swarms, with robot.count".to_owned());
+            return invalid(
+                "count",
+                "is given; allowed: only in swarms, with robot.count".to_owned(),
+            );
         };
         if swarm.contact == Contact::Stop {
-            return invalid("count", "is given; allowed: only with robot.contact = \"push\"".to_owned());
+            return invalid(
+                "count",
+                "is given; allowed: only with robot.contact = \"push\"".to_owned(),
+            );
         }
         if swarm.model.is_some() {
             return invalid("count", "is given; allowed: only without robot.model".to_owned());
@@ -99,7 +108,10 @@ impl Pucks {
             return invalid("count", problem);
         }
         let Some(radius) = self.radius else {
-            return Err(Invalid::new("pucks", "lacks `radius_mm`; allowed: the radius of a puck in mm"));
+            return Err(Invalid::new(
+                "pucks",
+                "lacks `radius_mm`; allowed: the radius of a puck in mm",
+            ));
         };
         // A puck in a wall comes out on the side that it was on.
         let farthest = robot.drive.farthest().unwrap_or(0.0);
@@ -116,17 +128,26 @@ impl Pucks {
                 let problem = format!("has {} places; allowed: one for each puck, {count}", places.len());
                 return invalid("places_mm", problem);
             }
-            let overlaps = |a: [f32; 2], b: [f32; 2], least: f32| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) < least * least;
+            let overlaps =
+                |a: [f32; 2], b: [f32; 2], least: f32| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) < least * least;
             for (index, &place) in places.iter().enumerate() {
-                if let Some(other) = places[..index].iter().position(|&other| overlaps(place, other, 2.0 * radius)) {
+                if let Some(other) = places[..index]
+                    .iter()
+                    .position(|&other| overlaps(place, other, 2.0 * radius))
+                {
                     let least = 2.0 * radius;
-                    let problem =
-                        format!("has overlapping places {other} and {index}; allowed: at least {least} mm between any two");
+                    let problem = format!(
+                        "has overlapping places {other} and {index}; allowed: at least {least} mm between any two"
+                    );
                     return invalid("places_mm", problem);
                 }
                 let robots = robot.start_places().iter();
-                if let Some(other) = robots.clone().position(|&other| overlaps(place, other, radius + body_radius)) {
-                    let problem = format!("has place {index} where robot {other} starts; allowed: places that are free");
+                if let Some(other) = robots
+                    .clone()
+                    .position(|&other| overlaps(place, other, radius + body_radius))
+                {
+                    let problem =
+                        format!("has place {index} where robot {other} starts; allowed: places that are free");
                     return invalid("places_mm", problem);
                 }
             }

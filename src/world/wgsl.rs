@@ -19,7 +19,12 @@ use crate::world::tables::SensorTables;
 ///
 /// # Errors
 /// Names of sensors that can't be fields.
-pub(super) fn of(robot: &Described, spec: &WorldSpec, physics: &Physics, is_individual: bool) -> Result<String, Invalid> {
+pub(super) fn of(
+    robot: &Described,
+    spec: &WorldSpec,
+    physics: &Physics,
+    is_individual: bool,
+) -> Result<String, Invalid> {
     check_names(robot)?;
     let arena = &spec.arena;
     let mut text = readings(robot, &spec.robot.sensors, arena, is_individual) + &drive(robot, arena);
@@ -435,7 +440,10 @@ fn pucks(robot: &Described, discs: &Discs, arena: &Arena) -> String {
     let cell = robot.pucks_cell(arena);
     let are_placed = !discs.places().is_empty();
     let place = if are_placed {
-        format!("    let cell = numbers(world, {}u + puck);\n    return vec2<f32>(cell.x, cell.y);\n", cell + 1)
+        format!(
+            "    let cell = numbers(world, {}u + puck);\n    return vec2<f32>(cell.x, cell.y);\n",
+            cell + 1
+        )
     } else {
         place_in_field(arena)
     };

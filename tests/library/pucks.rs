@@ -133,9 +133,14 @@ fn places(world: &World, trace: &Trace, fitness: f32) -> Seen {
 }
 
 fn lived(world: &World) -> Vec<Seen> {
-    let outcome = Cpu::new(Some(1)).unwrap().evaluate(&batch(world, 48), &Control::new()).unwrap();
+    let outcome = Cpu::new(Some(1))
+        .unwrap()
+        .evaluate(&batch(world, 48), &Control::new())
+        .unwrap();
     let episodes = outcome.traces.iter().zip(&outcome.fitness);
-    episodes.map(|(trace, fitness)| places(world, trace, *fitness)).collect()
+    episodes
+        .map(|(trace, fitness)| places(world, trace, *fitness))
+        .collect()
 }
 
 fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
@@ -156,14 +161,22 @@ fn bodies_do_not_overlap_and_only_what_is_pushed_moves() {
                 .collect();
             for (first, (at, radius)) in bodies.iter().enumerate() {
                 for (other, size) in &bodies[..first] {
-                    assert!(apart(*at, *other) > radius + size - 1.01, "cycle {cycle}: {at:?} {other:?}");
+                    assert!(
+                        apart(*at, *other) > radius + size - 1.01,
+                        "cycle {cycle}: {at:?} {other:?}"
+                    );
                 }
                 assert!(apart(*at, [300.0, 250.0]) > 30.0 + radius - 1.01);
                 for (along, side) in at.iter().zip(SIDES) {
-                    assert!((radius - 1.01..side - radius + 1.01).contains(along), "cycle {cycle}: {at:?}");
+                    assert!(
+                        (radius - 1.01..side - radius + 1.01).contains(along),
+                        "cycle {cycle}: {at:?}"
+                    );
                 }
             }
-            let Some(next) = seen.pucks.get(cycle + 1) else { continue };
+            let Some(next) = seen.pucks.get(cycle + 1) else {
+                continue;
+            };
             for (puck, (at, then)) in pucks.iter().zip(next).enumerate() {
                 if at != then {
                     moves += 1;
@@ -200,7 +213,11 @@ fn the_fitness_of_gathering_is_what_the_task_says() {
     let spread = |pucks: &[[f32; 2]]| {
         let mean = |axis: usize| pucks.iter().map(|at| f64::from(at[axis])).sum::<f64>() / f64::from(PUCKS);
         let middle = [mean(0), mean(1)];
-        let squared = |at: &[f32; 2]| (0..2).map(|axis| (f64::from(at[axis]) - middle[axis]).powi(2)).sum::<f64>();
+        let squared = |at: &[f32; 2]| {
+            (0..2)
+                .map(|axis| (f64::from(at[axis]) - middle[axis]).powi(2))
+                .sum::<f64>()
+        };
         pucks.iter().map(squared).sum::<f64>()
     };
     let mut all = Vec::new();
@@ -211,7 +228,11 @@ fn the_fitness_of_gathering_is_what_the_task_says() {
         let mut largest = 0;
         let mut left: Vec<usize> = (1..last.len()).collect();
         loop {
-            let linked = |puck: &usize| cluster.iter().any(|own| apart(last[*own], last[*puck]) < 2.0 * RADIUS + 20.0);
+            let linked = |puck: &usize| {
+                cluster
+                    .iter()
+                    .any(|own| apart(last[*own], last[*puck]) < 2.0 * RADIUS + 20.0)
+            };
             let Some(at) = left.iter().position(linked) else {
                 largest = largest.max(cluster.len());
                 let Some(next) = left.pop() else { break };
@@ -220,8 +241,7 @@ fn the_fitness_of_gathering_is_what_the_task_says() {
             };
             cluster.push(left.remove(at));
         }
-        let expected =
-            largest as f64 / f64::from(PUCKS) + 1.0 - (spread(last) / spread(&seen.pucks[0])).min(1.0);
+        let expected = largest as f64 / f64::from(PUCKS) + 1.0 - (spread(last) / spread(&seen.pucks[0])).min(1.0);
         all.push((f64::from(seen.fitness) - expected).abs());
     }
     all.sort_by(f64::total_cmp);
@@ -257,7 +277,11 @@ fn robots_carry_pucks_to_the_nest_and_put_them_down() {
                 assert!(pucks.iter().filter(|at| *at == robot).count() <= 1);
             }
         }
-        assert!((f64::from(seen.fitness) - expected).abs() < 1.1 / cycles, "{} {expected}", seen.fitness);
+        assert!(
+            (f64::from(seen.fitness) - expected).abs() < 1.1 / cycles,
+            "{} {expected}",
+            seen.fitness
+        );
     }
     assert!(carried > 1000 && put_down > 20, "{carried} {put_down}");
 }
@@ -284,16 +308,26 @@ fn what_does_not_fit_is_refused() {
         assert!(invalid.field == field && invalid.problem.contains(words), "{invalid}");
     };
     let robot = |spec: &mut WorldSpec, change: &dyn Fn(&mut Differential)| {
-        let Build::Differential(robot) = &mut spec.robot.build else { unreachable!() };
+        let Build::Differential(robot) = &mut spec.robot.build else {
+            unreachable!()
+        };
         change(robot);
     };
-    refused(&|spec| spec.pucks.count = None, "pucks.radius_mm", "only with pucks.count");
+    refused(
+        &|spec| spec.pucks.count = None,
+        "pucks.radius_mm",
+        "only with pucks.count",
+    );
     refused(&|spec| spec.pucks.radius = None, "pucks", "radius_mm");
     refused(&|spec| spec.pucks.radius = Some(19.9), "pucks.radius_mm", "at least 20");
     refused(&|spec| spec.pucks.yields = Some(0.95), "pucks.yields", "0.9");
     refused(&|spec| spec.pucks.count = Some(125), "pucks.count", "1 to 124");
     refused(&|spec| spec.pucks.count = Some(100), "pucks.count", "beside the robots");
-    refused(&|spec| spec.pucks.places = Some(Starts(vec![[100.0, 100.0]])), "pucks.places_mm", "one for each puck, 9");
+    refused(
+        &|spec| spec.pucks.places = Some(Starts(vec![[100.0, 100.0]])),
+        "pucks.places_mm",
+        "one for each puck, 9",
+    );
     let places = |places: &[[f32; 2]]| {
         let places = places.to_vec();
         move |spec: &mut WorldSpec| {
@@ -301,7 +335,11 @@ fn what_does_not_fit_is_refused() {
             spec.pucks.places = Some(Starts(places.clone()));
         }
     };
-    refused(&places(&[[100.0, 100.0], [130.0, 100.0]]), "pucks.places_mm", "overlapping places 0 and 1");
+    refused(
+        &places(&[[100.0, 100.0], [130.0, 100.0]]),
+        "pucks.places_mm",
+        "overlapping places 0 and 1",
+    );
     refused(&places(&[[300.0, 290.0]]), "pucks.places_mm", "touches an object");
     refused(&places(&[[900.0, 290.0]]), "pucks.places_mm", "outside of the arena");
     let started = |spec: &mut WorldSpec| {
@@ -310,8 +348,16 @@ fn what_does_not_fit_is_refused() {
         robot(spec, &|robot| robot.starts = Some(starts.clone()));
     };
     refused(&started, "pucks.places_mm", "where robot 0 starts");
-    refused(&|spec| robot(spec, &|robot| robot.contact = Some(Contact::Stop)), "pucks.count", "push");
-    refused(&|spec| robot(spec, &|robot| robot.model = Some(Model::Vectors)), "pucks.count", "robot.model");
+    refused(
+        &|spec| robot(spec, &|robot| robot.contact = Some(Contact::Stop)),
+        "pucks.count",
+        "push",
+    );
+    refused(
+        &|spec| robot(spec, &|robot| robot.model = Some(Model::Vectors)),
+        "pucks.count",
+        "robot.model",
+    );
     let alone = |spec: &mut WorldSpec| {
         robot(spec, &|robot| {
             robot.count = None;
@@ -319,7 +365,11 @@ fn what_does_not_fit_is_refused() {
         });
     };
     refused(&alone, "pucks.count", "robot.count");
-    refused(&|spec| spec.pucks = Pucks::default(), "robot.sensors[0].kind", "only with pucks.count");
+    refused(
+        &|spec| spec.pucks = Pucks::default(),
+        "robot.sensors[0].kind",
+        "only with pucks.count",
+    );
     let khepera = WorldSpec {
         pucks: some(),
         ..WorldSpec::miglino1995()

@@ -135,7 +135,11 @@ impl Start<'_> {
                 if self.ready().is_some_and(Ready::has_pucks) {
                     set("pucks.count", "20".to_owned(), "discs that the robots push and carry");
                     set("pucks.radius_mm", "40.0".to_owned(), "their radius");
-                    set("pucks.grip_mm", "10.0".to_owned(), "gap within which a robot can take one");
+                    set(
+                        "pucks.grip_mm",
+                        "10.0".to_owned(),
+                        "gap within which a robot can take one",
+                    );
                 }
             }
         }

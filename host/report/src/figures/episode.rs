@@ -389,7 +389,11 @@ impl EpisodeReplay<'_> {
     /// Places of the pucks of a world in a line, mm.
     pub(super) fn pucks(&self, world: usize, line: usize) -> Vec<[f32; 2]> {
         let details = self.robots[world * self.each()].details(line);
-        let places: Vec<f32> = self.places(DetailKind::Puck).iter().map(|place| f32::from_bits(details[*place])).collect();
+        let places: Vec<f32> = self
+            .places(DetailKind::Puck)
+            .iter()
+            .map(|place| f32::from_bits(details[*place]))
+            .collect();
         places.as_chunks().0.to_vec()
     }
 
@@ -420,7 +424,8 @@ impl EpisodeReplay<'_> {
             (0..self.robots[0].len()).flat_map(|line| first_of_each.clone().map(move |robot| robot[line].fitness));
         let world = |world| json!({ "name": self.compared.name(world), "colour": self.compared.colour(world) });
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
-        let each_world = (0..self.robots[0].len()).flat_map(|line| (0..self.compared.worlds()).map(move |world| (world, line)));
+        let each_world =
+            (0..self.robots[0].len()).flat_map(|line| (0..self.compared.worlds()).map(move |world| (world, line)));
         let pucks = each_world.flat_map(|(world, line)| self.pucks(world, line));
         let pucks = packed(pucks.flatten().flat_map(|place| halves(place.to_bits())));
         let radius = spec.pucks.radius.unwrap_or_default();
@@ -441,7 +446,10 @@ impl EpisodeReplay<'_> {
             ("times", times.collect()),
             ("view", json!(view(&spec.arena, spec.robot.body_radius, &poses))),
             // For each line, for each world, for each puck.
-            ("pucks", json!({ "radius": radius, "count": self.world.pucks(), "places": pucks })),
+            (
+                "pucks",
+                json!({ "radius": radius, "count": self.world.pucks(), "places": pucks }),
+            ),
             // For each line, for each world.
             (
                 "fitness",
