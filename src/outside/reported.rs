@@ -85,6 +85,7 @@ impl Reported {
                 ..spec.clone()
             },
             EpisodeKind::Reported,
+            None,
         )?;
         Ok(Self {
             worlds: Worlds::new(&[Packed(&world, readings)])?,

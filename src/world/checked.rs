@@ -14,7 +14,7 @@ use crate::world::described::{Battery, Genomes, Together};
 use crate::world::physics::Physics;
 use crate::world::robot::Build;
 use crate::world::spec::{Controller, Task, WorldSpec};
-use crate::world::{check, pack, reach};
+use crate::world::{check, near, pack, reach};
 
 /// A checked world, ready for episodes. Cheap to clone. If numbers of it vary, it has several variants, and each episode takes one.
 #[derive(Clone, Debug)]
@@ -60,15 +60,17 @@ impl World {
         } else {
             EpisodeKind::Simulated
         };
-        Self::composed(spec, episodes)
+        Self::composed(spec, episodes, None)
     }
 
     /// The same, with a kernel for such episodes.
-    pub(crate) fn composed(mut spec: WorldSpec, episodes: EpisodeKind) -> Result<Self, Invalid> {
+    /// Variants have the kernel of the `first` one.
+    pub(crate) fn composed(mut spec: WorldSpec, episodes: EpisodeKind, first: Option<&Self>) -> Result<Self, Invalid> {
         if let Some(ready) = spec.task.ready().filter(|_| spec.own.get(Kind::Task).is_none()) {
             spec.own.insert(Arc::new(OwnPart::new(Arc::new(ready.part()?), &[])?));
         }
-        let physics = check::check(&mut spec)?;
+        let mut physics = check::check(&mut spec)?;
+        near::decide(&mut physics, &spec, first.map(|first| &first.0.physics));
         let choice = spec.variants()?;
         if spec.varies() {
             return Self::varied(spec, choice, episodes);
@@ -119,10 +121,10 @@ impl World {
 
     /// A world with these variants.
     fn varied(spec: WorldSpec, choice: Variants, episodes: EpisodeKind) -> Result<Self, Invalid> {
-        let variant = |index: usize| {
+        let variant = |index: usize, first: Option<&Self>| {
             let pose = index % choice.starts as usize;
             let own = spec.variant(choice, index)?;
-            Self::composed(own, episodes).map_err(|invalid| {
+            Self::composed(own, episodes, first).map_err(|invalid| {
                 if choice.drawn == 1 || index < choice.starts as usize && spec.varied.vary.0.is_empty() {
                     return Invalid::new("start.poses", format!("has an invalid pose {pose}: {invalid}"));
                 }
@@ -131,8 +133,11 @@ impl World {
                 Invalid::new("worlds", problem)
             })
         };
-        let variants: Vec<Self> = (0..choice.count()).map(variant).collect::<Result<_, _>>()?;
-        let first = &variants[0];
+        let first = &variant(0, None)?;
+        let others = (1..choice.count()).map(|index| variant(index, Some(first)));
+        let variants: Vec<Self> = std::iter::once(Ok(first.clone()))
+            .chain(others)
+            .collect::<Result<_, _>>()?;
         if variants.iter().any(|other| other.kernel().name != first.kernel().name) {
             let problem = "changes more than numbers: some worlds need another kernel; allowed: ranges that leave out 0 where it \
                            turns something off";
@@ -176,7 +181,7 @@ impl World {
             let problem = "is not set; allowed: only swarms are observed";
             return Err(Invalid::new("robot.count", problem));
         }
-        Self::composed(self.0.spec.clone(), EpisodeKind::Observed)
+        Self::composed(self.0.spec.clone(), EpisodeKind::Observed, None)
     }
 
     /// Specification that it was made from.

@@ -24,6 +24,8 @@ pub(crate) struct Described {
     /// Values of robots that share a world.
     pub(crate) together: Option<Together>,
     pub(crate) sensors: Vec<Sensor>,
+    /// Whether its kernel looks at objects by a grid: see [`decide`](super::near::decide).
+    pub(crate) looks_by_grid: bool,
     /// The column of the tables that each sensor reads; `None` for those that aren't sampled.
     pub(crate) columns: Vec<Option<u32>>,
 }

@@ -188,6 +188,7 @@ impl Differential {
                 ends_life: self.battery_ends_life == Some(true),
             }),
             together,
+            looks_by_grid: false,
             columns,
             sensors: self.sensors.clone(),
         })

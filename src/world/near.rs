@@ -5,23 +5,41 @@ use oneiro_shaders::episode::{self, BLOCK};
 
 use crate::exact::zero;
 use crate::parameter::Invalid;
+use crate::world::arena::GREATEST_SEEN;
+use crate::world::pack;
 use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
 /// Most objects of a square's list, as `lib/near.wgsl` has it.
 const GREATEST_NEAR: usize = 512;
 /// Up to so many objects, looking at all costs less than the grid.
-const FEW: usize = 40;
+const FEW: usize = 12;
+/// How much more an object of a list costs than one of all, measured.
+const COST_OF_LISTED: usize = 8;
 /// Most squares along a side.
 const GREATEST_SIDE: f32 = 192.0;
 /// Added to every distance, mm: more than any rounding.
 const MARGIN: f32 = 1.0;
 
-impl WorldSpec {
-    /// Whether a grid says which objects are near a robot with these physics, and not a loop over all.
-    pub(super) fn looks_by_grid(&self, physics: &Physics) -> bool {
-        self.arena.objects() > FEW && may_look_by_grid(physics)
+/// Decides whether a robot's kernel looks at what is near by a grid, or at all objects. As a vector, a loop over all has the same object
+/// in each lane, and lists have different ones, which costs several times as much. Variants of a world look as the `first` one does.
+pub(super) fn decide(physics: &mut Physics, spec: &WorldSpec, first: Option<&Physics>) {
+    let objects = spec.arena.objects();
+    let pays = || COST_OF_LISTED * grid(spec, physics, &pack::shapes(spec, physics)).longest() < objects;
+    let by_grid = match first.and_then(Physics::described) {
+        Some(first) => first.looks_by_grid,
+        None => may_look_by_grid(physics) && objects > FEW && (objects > GREATEST_SEEN || pays()),
+    };
+    if let Physics::Described(robot, _) = physics {
+        robot.looks_by_grid = by_grid;
     }
+}
+
+/// The grid of a world's objects.
+pub(super) fn grid(spec: &WorldSpec, physics: &Physics, shapes: &[episode::Shape]) -> Grid {
+    let body = spec.robot.body_radius;
+    let larger = physics.pucks().map_or(0.0, |pucks| (pucks.radius - body).max(0.0));
+    Grid::new(shapes, body, larger)
 }
 
 /// Whether a robot's kernel can be made to look at what is near: it sums up no samples, and counts no objects.
@@ -75,7 +93,7 @@ pub(super) struct Grid {
 
 impl Grid {
     /// The grid for bodies of this radius, and for pucks that are larger by `larger`, mm.
-    pub(super) fn new(shapes: &[episode::Shape], body_radius: f32, larger: f32) -> Self {
+    fn new(shapes: &[episode::Shape], body_radius: f32, larger: f32) -> Self {
         // How far from its line it matters to a body, which may be pushed and slide; and how far its corners are from its middle.
         let far = |shape: &episode::Shape| {
             let pushed = shape.contact + 2.0 * body_radius + 3.0 * larger;
@@ -124,6 +142,11 @@ impl Grid {
         }
     }
 
+    /// Length of the longest list.
+    fn longest(&self) -> usize {
+        self.lists.iter().map(Vec::len).max().unwrap_or(0)
+    }
+
     /// Whether a body at a place touches one of these objects.
     pub(super) fn touches(&self, shapes: &[episode::Shape], at: Vec2) -> bool {
         let place = (at - self.low) / self.side;
@@ -142,7 +165,7 @@ impl Grid {
     /// # Errors
     /// More objects near a place than a list has room for.
     pub(super) fn cells(&self) -> Result<Vec<[u32; 4]>, Invalid> {
-        let longest = self.lists.iter().map(Vec::len).max().unwrap_or(0);
+        let longest = self.longest();
         if longest > GREATEST_NEAR {
             let problem = format!(
                 "has {longest} walls, obstacles and blocks near one place; allowed: {GREATEST_NEAR} that a robot's sensors reach at once"

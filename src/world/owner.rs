@@ -15,7 +15,7 @@ impl WorldSpec {
             make: make(self, physics, episodes)?,
             fields: self.robot.build.fields(),
             episodes,
-            looks_by_grid: self.looks_by_grid(physics),
+            looks_by_grid: physics.described().is_some_and(|robot| robot.looks_by_grid),
             is_varied: self.noise.is_varied(),
         })
     }
@@ -44,7 +44,7 @@ fn make(spec: &WorldSpec, physics: &Physics, episodes: EpisodeKind) -> Result<Ma
             brings: spec.task == Task::Foraging,
         },
         Physics::Described(robot, _) => Make::Described(Described {
-            text: wgsl::of(robot, spec, physics, episodes == EpisodeKind::Individual)?,
+            text: wgsl::of(robot, spec, episodes == EpisodeKind::Individual)?,
             sensors: robot.sensors.len(),
             has_sampled_sensors: robot.has_sampled_sensors(),
             has_sampled_motors: matches!(robot.drive, Drive::Motors { .. }),

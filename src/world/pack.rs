@@ -16,7 +16,7 @@ use crate::world::body::Collision;
 use crate::world::described::Drive;
 use crate::world::forager::Forager;
 use crate::world::given;
-use crate::world::near::{Grid, squared_distance, touches};
+use crate::world::near::{grid, squared_distance, touches};
 use crate::world::physics::Physics;
 use crate::world::spec::{Activation, Controller, Difference, Speed, Task, WorldSpec};
 use crate::world::start::{Area, Start};
@@ -54,9 +54,9 @@ impl Packed {
             });
         }
         let shapes = shapes(spec, physics);
-        let near = match touching(spec, physics, &shapes) {
-            Some(grid) => grid.cells()?,
-            None => Vec::new(),
+        let near = match physics.described() {
+            Some(robot) if robot.looks_by_grid => grid(spec, physics, &shapes).cells()?,
+            _ => Vec::new(),
         };
         let area = Area::of(&spec.start, &spec.arena)?;
         let free = Free::of(area, &shapes);
@@ -508,13 +508,6 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
     let length = to - from;
     let along = (at - from).dot(length) / length.length_squared().max(f32::MIN_POSITIVE);
     at.distance(from + along.clamp(0.0, 1.0) * length)
-}
-
-/// The grid of an arena of many objects.
-pub(super) fn touching(spec: &WorldSpec, physics: &Physics, shapes: &[episode::Shape]) -> Option<Grid> {
-    let body = spec.robot.body_radius;
-    let larger = physics.pucks().map_or(0.0, |pucks| (pucks.radius - body).max(0.0));
-    spec.looks_by_grid(physics).then(|| Grid::new(shapes, body, larger))
 }
 
 /// Gap between a robot and the nearest object, mm.

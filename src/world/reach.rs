@@ -6,10 +6,10 @@ use std::sync::{Mutex, PoisonError};
 use glam::Vec2;
 use oneiro_shaders::episode;
 
-use crate::world::arena::Field;
+use crate::world::arena::{Field, GREATEST_SEEN};
 use crate::world::check::farthest;
-use crate::world::near::{squared_distance, touches};
-use crate::world::pack::{objects, shapes, touching};
+use crate::world::near::{grid, squared_distance, touches};
+use crate::world::pack::{objects, shapes};
 use crate::world::physics::Physics;
 use crate::world::sensors::Feature;
 use crate::world::spec::WorldSpec;
@@ -49,7 +49,7 @@ impl Reached {
             Some(area) => area.contains(at),
             None => places.iter().any(|place| at.distance(*place) < step),
         };
-        let grid = touching(spec, physics, &shapes);
+        let grid = (shapes.len() > GREATEST_SEEN).then(|| grid(spec, physics, &shapes));
         let touches = |at: Vec2| match &grid {
             Some(grid) => grid.touches(&shapes, at),
             None => touches(&shapes, at),

@@ -7,7 +7,6 @@ use oneiro_shader_compiler::declarations::is_reserved;
 use crate::parameter::Invalid;
 use crate::world::arena::{Arena, Patch};
 use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
-use crate::world::physics::Physics;
 use crate::world::pucks::Discs;
 use crate::world::reference::Reference;
 use crate::world::sensors::{APART, Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
@@ -19,19 +18,14 @@ use crate::world::tables::SensorTables;
 ///
 /// # Errors
 /// Names of sensors that can't be fields.
-pub(super) fn of(
-    robot: &Described,
-    spec: &WorldSpec,
-    physics: &Physics,
-    is_individual: bool,
-) -> Result<String, Invalid> {
+pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Result<String, Invalid> {
     check_names(robot)?;
     let arena = &spec.arena;
     let mut text = readings(robot, &spec.robot.sensors, arena, is_individual) + &drive(robot, arena);
     if let Some(together) = &robot.together {
         text += &constants(robot, together, spec);
     }
-    if spec.looks_by_grid(physics) {
+    if robot.looks_by_grid {
         let _ = writeln!(text, "const NEAR_CELL: u32 = {}u;", robot.own_cells(arena));
     }
     Ok(text)

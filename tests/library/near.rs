@@ -106,8 +106,20 @@ fn objects_that_are_far_away_change_nothing() {
         (outcome.fitness, words, collisions)
     };
     for count in [None, Some(4)] {
-        // 44 objects, and 1344 of which 1300 are far away.
-        let (few, many) = (lived(spec(count, 0)), lived(spec(count, 1300)));
+        // 44 objects, and 1344 of which 1300 are far away. With a sensor that sees all of a room, 44 are looked at without a grid.
+        let seeing = |far| {
+            let mut spec = spec(count, far);
+            if let Build::Differential(robot) = &mut spec.robot.build {
+                robot.sensors[2].range = Some(2000.0);
+            }
+            spec
+        };
+        let (few, many) = (seeing(0), seeing(1300));
+        for (spec, by_grid) in [(&few, false), (&many, true)] {
+            let world = World::new(spec.clone()).unwrap();
+            assert_eq!(world.kernel().name.contains("+near"), by_grid);
+        }
+        let (few, many) = (lived(few), lived(many));
         assert!(few.2 > 50, "{} collisions", few.2);
         assert_eq!(few, many);
     }

@@ -31,7 +31,7 @@ const REASONS: [(&str, &str); 7] = [
 ];
 
 /// Parts of pages, and what is typed instead unless `ONEIRO_LONG` is set.
-const SHORTER: [(&str, &str, &str); 13] = [
+const SHORTER: [(&str, &str, &str); 15] = [
     ("docs/swarms.md", "--generations 0,5,29", "--generations 0,1"),
     (
         "docs/classics/discrimination.md",
