@@ -16,6 +16,7 @@ impl WorldSpec {
             fields: self.robot.build.fields(),
             episodes,
             has_many_objects: self.arena.has_many(),
+            has_picture: self.arena.picture.is_some(),
             is_varied: self.noise.is_varied(),
         })
     }

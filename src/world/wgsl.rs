@@ -27,6 +27,9 @@ pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Re
     if spec.arena.has_many() {
         let _ = writeln!(text, "const NEAR_CELL: u32 = {}u;", robot.own_cells(arena));
     }
+    if spec.arena.picture.is_some() {
+        let _ = writeln!(text, "const PICTURE_CELL: u32 = {}u;", robot.picture_cell(arena));
+    }
     Ok(text)
 }
 
