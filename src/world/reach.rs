@@ -11,6 +11,7 @@ use crate::world::check::farthest;
 use crate::world::near::{squared_distance, touches};
 use crate::world::pack::{objects, shapes, touching};
 use crate::world::physics::Physics;
+use crate::world::picture::Picture;
 use crate::world::sensors::Feature;
 use crate::world::spec::WorldSpec;
 use crate::world::start::{Area, Start};
