@@ -25,6 +25,7 @@ features! {
     network: "network",
     observed: "observed",
     ordinary: "ordinary",
+    pictures: "pictures",
     missions: "reference",
     state_machine: "state-machines",
     tasks: "tasks",

@@ -9,6 +9,7 @@ use std::{iter, thread};
 use oneiro::arena::{Arena, Field};
 use oneiro::backend::{self, Options};
 use oneiro::compose::{Kind, OwnPart, Part};
+use oneiro::parameter::Invalid;
 use oneiro::picture::{self, Picture};
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
 use oneiro::tasks::Ready;
@@ -280,12 +281,14 @@ impl<'a> Inputs<'a> {
         let name = path.display().to_string();
         let Field { x, y, width, height } = field;
         let read = |_: &_| {
-            let pixels = pixels::read(&content.bytes).map_err(|problem| format!("{name} {problem}"))?;
+            let unread = |problem| Invalid::new(KEY, format!("{name} {problem}"));
+            let pixels = pixels::read(&content.bytes).map_err(unread)?;
             let greys = picture::averaged(&pixels.greys, [pixels.width, pixels.height], cells);
-            Picture::new(field, cells, greys).map_err(|invalid| invalid.to_string())
+            Picture::new(field, cells, greys)
         };
         let key = (path, cells, [x, y, width, height].map(f32::to_bits));
-        known(&self.files.pictures, key, read).map_err(|problem| self.source.invalid(KEY, problem))
+        let found = known(&self.files.pictures, key, read);
+        found.map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
     }
 
     /// Reads the genomes that an evolution begins with.
