@@ -84,7 +84,7 @@ const SHORTER: [(&str, &str, &str); 13] = [
 ];
 
 /// Pictures, the page whose blocks draw them, the file that they draw or draw into, and whether they do only at full length.
-const DRAWN: [(&str, &str, &str, bool); 31] = [
+const DRAWN: [(&str, &str, &str, bool); 33] = [
     ("docs/champion.svg", "README.md", "runs/*/path.svg", false),
     (
         "docs/learning-curve.svg",
@@ -132,6 +132,8 @@ const DRAWN: [(&str, &str, &str, bool); 31] = [
         true,
     ),
     ("docs/pictures/five-starts.svg", "docs/worlds.md", "five.svg", false),
+    ("docs/pictures/line-follower.svg", "docs/worlds.md", "line.svg", false),
+    ("docs/pictures/map-rooms.svg", "docs/import.md", "rooms.svg", false),
     (
         "docs/evostick-aggregation.svg",
         "docs/evostick.md",
