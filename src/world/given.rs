@@ -40,7 +40,10 @@ pub(super) fn cells(spec: &WorldSpec) -> impl Iterator<Item = [u32; 4]> {
     }
     let head = arena.picture.as_ref().map(|picture| picture.head(0, 1.0));
     let head = head.into_iter().flatten();
-    cells.into_iter().map(|cell| cell.map(|number| zero(number).to_bits())).chain(head)
+    cells
+        .into_iter()
+        .map(|cell| cell.map(|number| zero(number).to_bits()))
+        .chain(head)
 }
 
 fn light(light: &Light) -> [[f32; 4]; 2] {

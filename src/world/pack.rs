@@ -105,7 +105,9 @@ impl Packed {
         let motor_table = buffers.add_shared_table(&robot.motors, 0, || motor_cells(&robot.motors));
         let radius = robot.body_radius;
         let picture = spec.arena.picture.as_ref();
-        let greys = picture.map_or(0, |picture| buffers.add_shared_table(picture.owner(), 0, || picture.cells()));
+        let greys = picture.map_or(0, |picture| {
+            buffers.add_shared_table(picture.owner(), 0, || picture.cells())
+        });
         let numbers = match physics {
             Physics::Described(described, surrogate) => {
                 let mut cells = described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes, greys);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::exact::zero;
-use crate::parameter::Invalid;
+use crate::parameter::{Invalid, allowed_number};
 use crate::world::arena::Field;
 use crate::world::parameters::{COORDINATE, LENGTH};
 
@@ -29,7 +29,7 @@ pub struct Picture {
 
 /// Greys from 0 for black to 255 for white, row after row from the lower left cell.
 #[derive(PartialEq)]
-struct Greys(Vec<u8>);
+pub(crate) struct Greys(Vec<u8>);
 
 impl fmt::Debug for Greys {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -44,10 +44,13 @@ impl Picture {
     /// Sides, a place or a number of cells out of range; another number of greys.
     pub fn new(field: Field, [columns, rows]: [u32; 2], greys: Vec<u8>) -> Result<Self, Invalid> {
         let Field { x, y, width, height } = field;
-        for (key, allowed, values) in [("x_mm", COORDINATE, [x, x + width]), ("y_mm", COORDINATE, [y, y + height]), ("sides_mm", LENGTH, [width, height])] {
+        for (key, allowed, values) in [
+            ("x_mm", COORDINATE, [x, x + width]),
+            ("y_mm", COORDINATE, [y, y + height]),
+            ("sides_mm", LENGTH, [width, height]),
+        ] {
             for value in values {
-                let checked = allowed.check(&crate::parameter::Datum::Single(value), |_| None);
-                checked.map_err(|problem| Invalid::new(format!("arena.picture.{key}"), problem))?;
+                allowed_number(format_args!("arena.picture.{key}"), value, allowed)?;
             }
         }
         let cells = u64::from(columns) * u64::from(rows);
@@ -106,7 +109,7 @@ impl Picture {
     }
 
     /// What owns its cells in a batch's tables.
-    pub(crate) fn owner(&self) -> &Arc<impl Sized + use<>> {
+    pub(crate) fn owner(&self) -> &Arc<Greys> {
         &self.greys
     }
 
@@ -160,7 +163,9 @@ pub fn averaged(pixels: &[u16], [width, height]: [u32; 2], [columns, rows]: [u32
     }
     // A cell's parts of pixels are this many in all.
     let white = u64::from(u16::MAX) * count;
-    sums.iter().map(|sum| ((2 * 255 * sum + white) / (2 * white)) as u8).collect()
+    sums.iter()
+        .map(|sum| ((2 * 255 * sum + white) / (2 * white)) as u8)
+        .collect()
 }
 
 /// The cells along a side that a pixel has parts in, and how large each part is, if a pixel has as many parts as there are cells.
@@ -205,7 +210,11 @@ mod tests {
         for size in [[1, 1], [7, 5], [3, 11], [16, 4]] {
             let pixels: Vec<u16> = (0..size[0] * size[1]).map(|_| next()).collect();
             for grid in [[1, 1], [7, 5], [2, 3], [5, 9], [20, 1], [4, 4]] {
-                assert_eq!(averaged(&pixels, size, grid), by_points(&pixels, size, grid), "{size:?} {grid:?}");
+                assert_eq!(
+                    averaged(&pixels, size, grid),
+                    by_points(&pixels, size, grid),
+                    "{size:?} {grid:?}"
+                );
             }
         }
     }
@@ -244,10 +253,22 @@ mod tests {
         };
         for (picture, problem) in [
             (Picture::new(field(0.0, 0.0), [1, 1], vec![0]), "arena.picture.sides_mm"),
-            (Picture::new(field(f32::NAN, 10.0), [1, 1], vec![0]), "arena.picture.x_mm"),
-            (Picture::new(field(0.0, 10.0), [0, 1], vec![]), "arena.picture: has 0 x 1 cells"),
-            (Picture::new(field(0.0, 10.0), [2000, 2000], vec![0; 4_000_000]), "arena.picture: has 2000 x 2000 cells"),
-            (Picture::new(field(0.0, 10.0), [2, 2], vec![0]), "arena.picture: has 1 greys; allowed: 4"),
+            (
+                Picture::new(field(f32::NAN, 10.0), [1, 1], vec![0]),
+                "arena.picture.x_mm",
+            ),
+            (
+                Picture::new(field(0.0, 10.0), [0, 1], vec![]),
+                "arena.picture: has 0 x 1 cells",
+            ),
+            (
+                Picture::new(field(0.0, 10.0), [2000, 2000], vec![0; 4_000_000]),
+                "arena.picture: has 2000 x 2000 cells",
+            ),
+            (
+                Picture::new(field(0.0, 10.0), [2, 2], vec![0]),
+                "arena.picture: has 1 greys; allowed: 4",
+            ),
         ] {
             let text = picture.expect_err("a refusal").to_string();
             assert!(text.starts_with(problem), "{text}");

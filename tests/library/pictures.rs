@@ -174,7 +174,8 @@ pub(crate) fn subjects() -> Vec<Subject> {
         ("a surrogate", surrogate),
     ];
     let described = described.map(|(name, spec)| subject(name, spec).without_specialising());
-    let told = told_worlds().map(|(name, world)| Subject::new(name, 8, 2, move |count| batch(&world, count)).without_specialising());
+    let told = told_worlds()
+        .map(|(name, world)| Subject::new(name, 8, 2, move |count| batch(&world, count)).without_specialising());
     described.into_iter().chain(told).collect()
 }
 
@@ -201,7 +202,10 @@ fn sensors_read_the_greys_of_the_picture() {
 /// The reflectivity of the floor is that of the picture, and not of the patch on it.
 #[test]
 fn a_surrogate_reads_more_or_less_light_from_it() {
-    let surrogate = Arc::new(Surrogate::drawn(5, Differences::NONE.with(Difference::Reflectivity, 1.0)));
+    let surrogate = Arc::new(Surrogate::drawn(
+        5,
+        Differences::NONE.with(Difference::Reflectivity, 1.0),
+    ));
     let scale = surrogate.reflectivity(Object::Floor, 0);
     assert!((scale - 1.0).abs() > 0.01);
     let spec = WorldSpec {
@@ -232,7 +236,10 @@ fn parts_are_told_the_greys_of_the_picture() {
         sum += place * expected(at).expect("no place is near an edge");
     }
     for (name, world) in told_worlds() {
-        let outcome = Cpu::new(Some(1)).unwrap().evaluate(&batch(&world, 3), &Control::new()).unwrap();
+        let outcome = Cpu::new(Some(1))
+            .unwrap()
+            .evaluate(&batch(&world, 3), &Control::new())
+            .unwrap();
         for fitness in outcome.fitness {
             assert!((fitness - sum).abs() < 1e-2, "{name}: {fitness}, not {sum}");
         }
@@ -252,7 +259,12 @@ fn robots_that_sense_no_floor_have_no_picture() {
     };
     assert!(invalid.to_string().starts_with("arena.floor: is given"), "{invalid}");
     let invalid = World::new(text).unwrap_err();
-    assert!(invalid.to_string().starts_with("arena.picture: is given, but sampled robots"), "{invalid}");
+    assert!(
+        invalid
+            .to_string()
+            .starts_with("arena.picture: is given, but sampled robots"),
+        "{invalid}"
+    );
 }
 
 #[test]

@@ -27,6 +27,7 @@ const SHORT: [&str; 10] = [
 #[test]
 fn runs_keep_the_picture_of_their_floor() {
     let place = Place::new("pictures");
+    fs::create_dir(place.at("line-follower")).unwrap();
     for file in ["line-follower.toml", "line-follower/track.png"] {
         place.write(file, fs::read(experiments().join(file)).unwrap());
     }
@@ -35,7 +36,13 @@ fn runs_keep_the_picture_of_their_floor() {
     let drawn = place.text("line.svg");
     assert!(drawn.contains("shape-rendering=\"crispEdges\"><path d=\"M"), "{drawn}");
 
-    place.good(&[&["run", "line-follower.toml", "--seed", "1", "--out", "run"][..], &SHORT].concat());
+    place.good(
+        &[
+            &["run", "line-follower.toml", "--seed", "1", "--out", "run"][..],
+            &SHORT,
+        ]
+        .concat(),
+    );
     place.write(
         "sides.toml",
         "name = \"sides\"\nexperiment = \"line-follower.toml\"\nseeds = \"1..2\"\n[set]\nevolution.generations = 1\nevolution.population = 4\n\
@@ -43,13 +50,31 @@ fn runs_keep_the_picture_of_their_floor() {
     );
     place.good(&["sweep", "run", "sides.toml", "--out", "sweep"]);
     fs::remove_file(place.at("line-follower/track.png")).unwrap();
-    place.run(&["check", "line-follower.toml"]).exits(3).says(&["arena.picture.file", "track.png"]);
-    assert_eq!(place.read("run/inputs/track.png"), fs::read(experiments().join("line-follower/track.png")).unwrap());
+    place
+        .run(&["check", "line-follower.toml"])
+        .exits(3)
+        .says(&["arena.picture.file", "track.png"]);
+    assert_eq!(
+        place.read("run/inputs/track.png"),
+        fs::read(experiments().join("line-follower/track.png")).unwrap()
+    );
     place.good(&["verify", "run", "--recompute", "--fraction", "1"]);
     place.good(&["replay", "run"]);
     let page = place.text("run/replay.html");
-    assert!(page.contains("\"picture\":{") && page.contains("\"columns\":200,"), "no picture is in the page");
-    place.good(&["evaluate", "--genomes", "run", "--trials", "2", "--seed", "3", "--summary"]);
+    assert!(
+        page.contains("\"picture\":{") && page.contains("\"columns\":200,"),
+        "no picture is in the page"
+    );
+    place.good(&[
+        "evaluate",
+        "--genomes",
+        "run",
+        "--trials",
+        "2",
+        "--seed",
+        "3",
+        "--summary",
+    ]);
     place.good(&["sweep", "run", "sweep"]);
 
     // A copy that was changed is another floor.
@@ -63,17 +88,29 @@ fn runs_keep_the_picture_of_their_floor() {
 #[test]
 fn pictures_that_are_none_end_with_a_sentence() {
     let place = Place::new("no-pictures");
-    place.write("line-follower.toml", fs::read(experiments().join("line-follower.toml")).unwrap());
+    place.write(
+        "line-follower.toml",
+        fs::read(experiments().join("line-follower.toml")).unwrap(),
+    );
     let whole = fs::read(experiments().join("line-follower/track.png")).unwrap();
     fs::create_dir(place.at("line-follower")).unwrap();
     for (content, words) in [
         (&whole[..600], "track.png is no whole PNG: "),
-        (b"GIF89a", "track.png is no picture that can be read; allowed: PNG, and PGM of the kinds P2 and P5"),
-        (b"P5 90000 90000 255 ", "track.png has 90000 x 90000 pixels; allowed: 1 to 16777216 in all"),
+        (
+            b"GIF89a",
+            "track.png is no picture that can be read; allowed: PNG, and PGM of the kinds P2 and P5",
+        ),
+        (
+            b"P5 90000 90000 255 ",
+            "track.png has 90000 x 90000 pixels; allowed: 1 to 16777216 in all",
+        ),
     ] {
         place.write("line-follower/track.png", content);
         let place_of_key = "line-follower.toml:37:8: arena.picture.file: ";
-        place.run(&["check", "line-follower.toml"]).exits(3).says(&[place_of_key, words]);
+        place
+            .run(&["check", "line-follower.toml"])
+            .exits(3)
+            .says(&[place_of_key, words]);
         place
             .run(&["import", "line-follower/track.png", "--mm-per-pixel", "4"])
             .exits(3)
@@ -96,10 +133,24 @@ fn a_map_is_imported_checked_and_drawn() {
         .run(&["import", picture])
         .exits(3)
         .says(&["lacks the size of its pixels; allowed: with --mm-per-pixel MM"]);
-    place.good(&["import", picture, "--mm-per-pixel", "10", "--threshold", "0.9", "--tolerance", "20", "--out", "rougher.toml"]);
+    place.good(&[
+        "import",
+        picture,
+        "--mm-per-pixel",
+        "10",
+        "--threshold",
+        "0.9",
+        "--tolerance",
+        "20",
+        "--out",
+        "rougher.toml",
+    ]);
     place.good(&["check", "rougher.toml"]);
     place
         .run(&["import", map.to_str().unwrap(), "--threshold", "0.5"])
         .exits(3)
-        .says(&["--threshold: ", "is a map of ROS; allowed: with maps as pictures (.png, .pgm)"]);
+        .says(&[
+            "--threshold: ",
+            "is a map of ROS; allowed: with maps as pictures (.png, .pgm)",
+        ]);
 }

@@ -24,11 +24,11 @@ pub mod experiment;
 pub mod genomes;
 pub mod import;
 pub mod lives;
-mod pixels;
 #[cfg(test)]
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../tests/mutations/mod.rs"]
 mod mutations;
+mod pixels;
 pub mod reality;
 pub mod record;
 pub mod runs;

@@ -41,11 +41,14 @@ fn sized(width: u32, height: u32) -> Result<usize, String> {
     if (1..=u64::from(GREATEST_PIXELS)).contains(&count) {
         return Ok(count as usize);
     }
-    Err(format!("has {width} x {height} pixels; allowed: 1 to {GREATEST_PIXELS} in all"))
+    Err(format!(
+        "has {width} x {height} pixels; allowed: 1 to {GREATEST_PIXELS} in all"
+    ))
 }
 
 fn png(bytes: &[u8]) -> Result<Pixels, String> {
-    let broken = |error: png::DecodingError| format!("is no whole PNG: {error}; allowed: a PNG that other programs open");
+    let broken =
+        |error: png::DecodingError| format!("is no whole PNG: {error}; allowed: a PNG that other programs open");
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: WORKING_BYTES });
     // Texts and profiles may be packed ever so small.
     decoder.set_ignore_text_chunk(true);
@@ -104,18 +107,27 @@ fn pgm(bytes: &[u8], is_binary: bool) -> Result<Pixels, String> {
     let mut number = |what: &str, most: u32| {
         loop {
             match bytes.get(at) {
-                Some(b'#') => at += bytes[at..].iter().position(|byte| *byte == b'\n').unwrap_or(bytes.len() - at),
+                Some(b'#') => {
+                    at += bytes[at..]
+                        .iter()
+                        .position(|byte| *byte == b'\n')
+                        .unwrap_or(bytes.len() - at)
+                }
                 Some(byte) if byte.is_ascii_whitespace() => at += 1,
                 _ => break,
             }
         }
         let digits = bytes[at..].iter().take_while(|byte| byte.is_ascii_digit()).count();
-        let found = std::str::from_utf8(&bytes[at..at + digits]).ok().and_then(|digits| digits.parse().ok());
+        let found = std::str::from_utf8(&bytes[at..at + digits])
+            .ok()
+            .and_then(|digits| digits.parse().ok());
         at += digits;
         match found {
             Some(number) if number <= most => Ok((number, at)),
             Some(number) => Err(format!("has {number} as {what}; allowed: up to {most}")),
-            None => Err(format!("is no whole PGM: byte {at} should be {what}; allowed: whole numbers")),
+            None => Err(format!(
+                "is no whole PGM: byte {at} should be {what}; allowed: whole numbers"
+            )),
         }
     };
     let (width, _) = number("its width", GREATEST_PIXELS)?;
@@ -140,16 +152,28 @@ fn pgm(bytes: &[u8], is_binary: bool) -> Result<Pixels, String> {
         }
         let values = pixels.chunks(bytes_each).take(count);
         let values = values.map(|bytes| bytes.iter().fold(0, |value, byte| 256 * value + u32::from(*byte)));
-        let checked = values.map(|value| if value <= white { Ok(scaled(value)) } else { Err(above(value)) });
+        let checked = values.map(|value| {
+            if value <= white {
+                Ok(scaled(value))
+            } else {
+                Err(above(value))
+            }
+        });
         checked.collect::<Result<_, _>>()?
     } else {
         // Before there is memory for them: each takes two bytes.
         if (bytes.len() - after) / 2 + 1 < count {
-            return Err(format!("is no whole PGM: it ends before its {count} pixels; allowed: all of them"));
+            return Err(format!(
+                "is no whole PGM: it ends before its {count} pixels; allowed: all of them"
+            ));
         }
         let checked = (0..count).map(|_| {
             let (value, _) = number("a pixel", u16::MAX.into())?;
-            if value <= white { Ok(scaled(value)) } else { Err(above(value)) }
+            if value <= white {
+                Ok(scaled(value))
+            } else {
+                Err(above(value))
+            }
         });
         checked.collect::<Result<_, String>>()?
     };
@@ -184,15 +208,27 @@ mod tests {
     fn all_kinds_of_png_give_their_greys() {
         let png = |colour, depth, samples: &[u8]| greys(&written(2, 1, colour, depth, samples));
         assert_eq!(png(ColorType::Grayscale, BitDepth::Eight, &[0, 128]), [0, 128 * 257]);
-        assert_eq!(png(ColorType::Grayscale, BitDepth::Sixteen, &[1, 2, 255, 255]), [258, 65535]);
+        assert_eq!(
+            png(ColorType::Grayscale, BitDepth::Sixteen, &[1, 2, 255, 255]),
+            [258, 65535]
+        );
         assert_eq!(png(ColorType::Grayscale, BitDepth::One, &[0b0100_0000]), [0, 65535]);
         assert_eq!(png(ColorType::Grayscale, BitDepth::Four, &[0x5f]), [0x5555, 65535]);
         // Red has 2126 of 10000.
-        assert_eq!(png(ColorType::Rgb, BitDepth::Eight, &[255, 0, 0, 255, 255, 255]), [13933, 65535]);
+        assert_eq!(
+            png(ColorType::Rgb, BitDepth::Eight, &[255, 0, 0, 255, 255, 255]),
+            [13933, 65535]
+        );
         assert_eq!(png(ColorType::Indexed, BitDepth::Two, &[0b0110_0000]), [13933, 65535]);
         // Black that is not there, and half of it.
-        assert_eq!(png(ColorType::GrayscaleAlpha, BitDepth::Eight, &[0, 0, 0, 255]), [65535, 0]);
-        assert_eq!(png(ColorType::Rgba, BitDepth::Eight, &[0, 0, 0, 51, 0, 0, 0, 0]), [52428, 65535]);
+        assert_eq!(
+            png(ColorType::GrayscaleAlpha, BitDepth::Eight, &[0, 0, 0, 255]),
+            [65535, 0]
+        );
+        assert_eq!(
+            png(ColorType::Rgba, BitDepth::Eight, &[0, 0, 0, 51, 0, 0, 0, 0]),
+            [52428, 65535]
+        );
     }
 
     #[test]

@@ -128,7 +128,11 @@ fn template(arguments: &New, console: Console) -> Result {
 
 /// Writes files into a folder, an experiment's first, and says what to do next. Files that are already there with the same bytes stay:
 /// experiments share parts, and a command that was killed goes on.
-fn write<Name: AsRef<str>, Content: AsRef<[u8]>>(all: &[(Name, Content)], out: Option<&Path>, console: Console) -> Result {
+fn write<Name: AsRef<str>, Content: AsRef<[u8]>>(
+    all: &[(Name, Content)],
+    out: Option<&Path>,
+    console: Console,
+) -> Result {
     let out = out.unwrap_or(Path::new(""));
     let all: Vec<(PathBuf, &[u8])> = all
         .iter()

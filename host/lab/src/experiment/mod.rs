@@ -423,7 +423,10 @@ impl Experiment {
         let files = self.values.get("files").and_then(Value::as_table);
         for path in [&["task", "part"][..], &["arena", "picture", "file"]] {
             let (first, rest) = (values.get_mut(path[0]), &path[1..]);
-            let found = rest.iter().try_fold(first, |table, key| Some(table?.get_mut(*key))).flatten();
+            let found = rest
+                .iter()
+                .try_fold(first, |table, key| Some(table?.get_mut(*key)))
+                .flatten();
             if let Some(Value::String(file)) = found
                 && let Some(hash) = files.and_then(|files| files.get(file.as_str())?.as_str())
             {

@@ -207,7 +207,12 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
             by: &[],
         },
         Need::new(
-            &["arena.picture.x_mm", "arena.picture.y_mm", "arena.picture.sides_mm", "arena.picture.cell_mm"],
+            &[
+                "arena.picture.x_mm",
+                "arena.picture.y_mm",
+                "arena.picture.sides_mm",
+                "arena.picture.cell_mm",
+            ],
             settings.arena.picture.file.is_some(),
             "with arena.picture.file",
             &["arena.picture.file"],

@@ -966,14 +966,33 @@ fn a_picture_lies_where_it_is_said() {
     let scratch = Scratch::new("picture");
     scratch.write("floor.png", &halves()[0]);
     let of = |keys: &str| {
-        let experiment = read(&scratch, &format!("{ON_FLOOR}[arena.picture]\nfile = \"floor.png\"\n{keys}"), &[]);
-        let picture = experiment.unwrap().world().spec().arena.picture.clone().expect("a picture");
+        let experiment = read(
+            &scratch,
+            &format!("{ON_FLOOR}[arena.picture]\nfile = \"floor.png\"\n{keys}"),
+            &[],
+        );
+        let picture = experiment
+            .unwrap()
+            .world()
+            .spec()
+            .arena
+            .picture
+            .clone()
+            .expect("a picture");
         let Field { x, y, width, height } = picture.field();
-        ([x, y, width, height], [picture.columns(), picture.rows()], picture.greys().to_vec())
+        (
+            [x, y, width, height],
+            [picture.columns(), picture.rows()],
+            picture.greys().to_vec(),
+        )
     };
     let (field, cells, greys) = of("");
     assert_eq!((field, cells), ([0.0, 0.0, 300.0, 200.0], [60, 40]));
-    assert!(greys.chunks(60).all(|row| row[..30] == [255; 30] && row[30..] == [0; 30]));
+    assert!(
+        greys
+            .chunks(60)
+            .all(|row| row[..30] == [255; 30] && row[30..] == [0; 30])
+    );
     let (field, cells, greys) = of("x_mm = 100\ny_mm = 90\nsides_mm = [90, 60]\ncell_mm = 30");
     assert_eq!((field, cells), ([55.0, 60.0, 90.0, 60.0], [3, 2]));
     assert_eq!(greys, [255, 128, 0, 255, 128, 0]);
@@ -1001,11 +1020,16 @@ fn a_picture_travels_with_its_runs() {
     let redrawn = read(&scratch, &text, &[]).unwrap();
     assert_ne!(redrawn.identities().of(3), experiment.identities().of(3));
     let differences = redrawn.task_differences(&experiment);
-    assert_eq!(differences.iter().map(|found| &*found.key).collect::<Vec<_>>(), ["arena.picture.file"]);
+    assert_eq!(
+        differences.iter().map(|found| &*found.key).collect::<Vec<_>>(),
+        ["arena.picture.file"]
+    );
     scratch.write("run/inputs/floor.png", &other);
     let failure = Experiment::read(&config, &[]).map(|_| ()).unwrap_err();
     assert!(
-        failure.code() == 3 && failure.to_string().contains("arena.picture.file: ") && failure.to_string().contains("floor.png has changed"),
+        failure.code() == 3
+            && failure.to_string().contains("arena.picture.file: ")
+            && failure.to_string().contains("floor.png has changed"),
         "{failure}"
     );
 }
@@ -1019,12 +1043,27 @@ fn pictures_that_can_not_lie_on_the_floor_are_refused() {
     let of = |keys: &str| refusal(&scratch, &format!("{ON_FLOOR}{keys}"), &[]);
     for (keys, words) in [
         ("picture.file = \"none.png\"", "test.toml:9:16: arena.picture.file: "),
-        ("picture.file = \"text.png\"", "text.png is no picture that can be read; allowed: PNG, and PGM"),
+        (
+            "picture.file = \"text.png\"",
+            "text.png is no picture that can be read; allowed: PNG, and PGM",
+        ),
         ("picture.file = \"cut.png\"", "cut.png is no whole PNG: "),
-        ("picture.file = \"floor.png\"\npicture.cell_mm = 0.2", "is 0.2, which gives 1500 x 1000 cells; allowed: up to 1048576 in all, as with 0.4"),
-        ("picture.file = \"floor.png\"\npicture.cell_mm = 0.05", "arena.picture.cell_mm: is 0.05; allowed: 0.1 to 10000 mm"),
-        ("picture.file = \"floor.png\"\npicture.x_mm = 99_900\npicture.sides_mm = [300, 9]", "arena.picture.x_mm: is 100050; allowed: -100000 to 100000"),
-        ("picture.x_mm = 20", "arena.picture.x_mm: is given; allowed: only with arena.picture.file"),
+        (
+            "picture.file = \"floor.png\"\npicture.cell_mm = 0.2",
+            "is 0.2, which gives 1500 x 1000 cells; allowed: up to 1048576 in all, as with 0.4",
+        ),
+        (
+            "picture.file = \"floor.png\"\npicture.cell_mm = 0.05",
+            "arena.picture.cell_mm: is 0.05; allowed: 0.1 to 10000 mm",
+        ),
+        (
+            "picture.file = \"floor.png\"\npicture.x_mm = 99_900\npicture.sides_mm = [300, 9]",
+            "arena.picture.x_mm: is 100050; allowed: -100000 to 100000",
+        ),
+        (
+            "picture.x_mm = 20",
+            "arena.picture.x_mm: is given; allowed: only with arena.picture.file",
+        ),
         (
             "picture.file = \"floor.png\"\n[worlds.vary]\n\"arena.picture.x_mm\" = [0, 90]",
             "worlds.vary: has \"arena.picture.x_mm\", which is no number of a world",
@@ -1033,9 +1072,20 @@ fn pictures_that_can_not_lie_on_the_floor_are_refused() {
         let message = of(keys);
         assert!(message.contains(words), "{keys}: {message}");
     }
-    let sampled = refusal(&scratch, "[arena]\nwidth_mm = 400\nheight_mm = 300\npicture.file = \"floor.png\"", &[]);
-    assert!(sampled.contains("arena.picture: is given, but sampled robots do not sense it"), "{sampled}");
-    let preset = refusal(&scratch, "[arena]\npreset = \"open\"\npicture.file = \"floor.png\"", &[]);
+    let sampled = refusal(
+        &scratch,
+        "[arena]\nwidth_mm = 400\nheight_mm = 300\npicture.file = \"floor.png\"",
+        &[],
+    );
+    assert!(
+        sampled.contains("arena.picture: is given, but sampled robots do not sense it"),
+        "{sampled}"
+    );
+    let preset = refusal(
+        &scratch,
+        "[arena]\npreset = \"open\"\npicture.file = \"floor.png\"",
+        &[],
+    );
     assert!(preset.contains("arena: has a preset and other keys"), "{preset}");
 }
 

@@ -109,9 +109,20 @@ fn robot(settings: &Settings, mut own: Robot, source: &Source<'_>, inputs: &mut 
 }
 
 /// The picture on the arena's floor.
-fn picture(settings: &Settings, arena: &Arena, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<Option<Picture>> {
+fn picture(
+    settings: &Settings,
+    arena: &Arena,
+    source: &Source<'_>,
+    inputs: &mut Inputs<'_>,
+) -> Result<Option<Picture>> {
     const CELL_MM: f32 = 5.0;
-    let PictureFile { file, x, y, sides, cell } = &settings.arena.picture;
+    let PictureFile {
+        file,
+        x,
+        y,
+        sides,
+        cell,
+    } = &settings.arena.picture;
     let Some(file) = file else { return Ok(None) };
     let around = arena.within_walls();
     let [width, height] = sides.unwrap_or([around.width, around.height]);

@@ -61,7 +61,13 @@ pub(super) fn of_picture(path: &Path, name: &str, options: &Options) -> Result<D
         tolerance: options.tolerance,
         words: format!("Pixels are free from a grey of {threshold} on, if 0 is black and 1 is white"),
     };
-    let class = |grey: f64| if grey >= threshold { Pixel::Free } else { Pixel::Occupied };
+    let class = |grey: f64| {
+        if grey >= threshold {
+            Pixel::Free
+        } else {
+            Pixel::Occupied
+        }
+    };
     drafted(name, &reading, &pixels, class)
 }
 
@@ -80,7 +86,11 @@ pub(super) fn of_ros(path: &Path, name: &str, text: &str, options: &Options) -> 
         None | Some((_, "0" | "false")) => false,
         Some((_, "1" | "true")) => true,
         Some((line, other)) => {
-            return Err(failure(name, line, format_args!("negate: is {}; allowed: 0 and 1", shown(other))));
+            return Err(failure(
+                name,
+                line,
+                format_args!("negate: is {}; allowed: 0 and 1", shown(other)),
+            ));
         }
     };
     if let Some((line, mode)) = keys.value("mode")
@@ -114,11 +124,18 @@ pub(super) fn of_ros(path: &Path, name: &str, text: &str, options: &Options) -> 
     };
     let mut draft = drafted(name, &reading, &pixels, class)?;
     if origin[2] != 0.0 {
-        let why = format!("the map is not turned by {} rad: walls are as in the picture", number(origin[2]));
+        let why = format!(
+            "the map is not turned by {} rad: walls are as in the picture",
+            number(origin[2])
+        );
         draft.leave_out(origin_line, "the angle of the origin", why);
     }
     for (line, key) in keys.unknown() {
-        draft.leave_out(line, format!("`{}`", shown(key)), "it is no key of a map that this reads");
+        draft.leave_out(
+            line,
+            format!("`{}`", shown(key)),
+            "it is no key of a map that this reads",
+        );
     }
     Ok(draft)
 }
@@ -134,7 +151,9 @@ fn flag(flag: &str, value: f64, [least, most]: [f64; 2], unit: &str) -> Result {
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(Failure::input(format_args!("{flag}: is {value}; allowed: {least} to {most}{unit}")))
+    Err(Failure::input(format_args!(
+        "{flag}: is {value}; allowed: {least} to {most}{unit}"
+    )))
 }
 
 /// Traces a map, and fills a draft with its walls.
@@ -148,7 +167,11 @@ fn drafted(name: &str, reading: &Reading<'_>, pixels: &Pixels, class: impl Fn(f6
         None => Failure::input(format_args!("{name} {problem}")),
     };
     let (width, height) = (pixels.width as usize, pixels.height as usize);
-    let classes: Vec<Pixel> = pixels.greys.iter().map(|grey| class(f64::from(*grey) / f64::from(u16::MAX))).collect();
+    let classes: Vec<Pixel> = pixels
+        .greys
+        .iter()
+        .map(|grey| class(f64::from(*grey) / f64::from(u16::MAX)))
+        .collect();
     let count = |wanted: Pixel| classes.iter().filter(|class| **class == wanted).count();
     let counts = format!(
         "{width} x {height} pixels: {} free, {} occupied, {} unknown",
@@ -159,7 +182,9 @@ fn drafted(name: &str, reading: &Reading<'_>, pixels: &Pixels, class: impl Fn(f6
     let from_below = classes.chunks(width).rev().flatten();
     let free = Free::new(width, height, from_below.map(|class| *class == Pixel::Free).collect());
     let Some(roomiest) = free.roomiest() else {
-        return Err(refused(&format_args!("has no free pixel: {counts}; allowed: a map with free pixels")));
+        return Err(refused(&format_args!(
+            "has no free pixel: {counts}; allowed: a map with free pixels"
+        )));
     };
     let outlines = free.outlines().map_err(|problem| refused(&problem))?;
     let walls = traced::walls(&outlines, tolerance / side, GREATEST_OBJECTS).map_err(|many| match many {
@@ -189,7 +214,11 @@ fn drafted(name: &str, reading: &Reading<'_>, pixels: &Pixels, class: impl Fn(f6
         let [x, y] = outlines[*outline][0];
         // The first pixel of an outline is above its lowest corner.
         let row = height - (y as usize).min(height - 1);
-        let what = format!("a wall of outline {}, which begins at pixel {} of row {row}", outline + 1, x + 1);
+        let what = format!(
+            "a wall of outline {}, which begins at pixel {} of row {row}",
+            outline + 1,
+            x + 1
+        );
         let [from, to] = ends.map(|corner| placed(corner, side));
         draft.add(Thing::Wall { from, to }, reading.line.unwrap_or(row), what)?;
     }
@@ -198,8 +227,17 @@ fn drafted(name: &str, reading: &Reading<'_>, pixels: &Pixels, class: impl Fn(f6
         "\"epuck\"",
         "A map names no robot: an e-puck stands here.",
     );
-    draft.leave_out(line, "the robot", "a map has none; an e-puck stands there: set robot.preset");
-    start(&mut draft, placed(roomiest, side).map(|place| place + 0.5 * side), &walls, side);
+    draft.leave_out(
+        line,
+        "the robot",
+        "a map has none; an e-puck stands there: set robot.preset",
+    );
+    start(
+        &mut draft,
+        placed(roomiest, side).map(|place| place + 0.5 * side),
+        &walls,
+        side,
+    );
     Ok(draft)
 }
 
@@ -217,7 +255,10 @@ fn start(draft: &mut Draft, at: [f64; 2], walls: &[(usize, [Corner; 2])], side: 
         let part = part.clamp(0.0, 1.0);
         (away[0] - part * along[0]).hypot(away[1] - part * along[1])
     };
-    let room = walls.iter().map(|(_, ends)| distance(ends)).fold(f64::INFINITY, f64::min);
+    let room = walls
+        .iter()
+        .map(|(_, ends)| distance(ends))
+        .fold(f64::INFINITY, f64::min);
     let why = "Where there is most room: places within solid things are not free, which random starts don't know.";
     let mut set = |key, value: String, why: &str| draft.choose(("start", key), value, why);
     let place = [number(at[0]), number(at[1])];
@@ -235,7 +276,9 @@ fn start(draft: &mut Draft, at: [f64; 2], walls: &[(usize, [Corner; 2])], side: 
 
 /// A text without the quotation marks around it.
 fn plain(value: &str) -> &str {
-    let quoted = ['"', '\''].iter().find_map(|mark| value.strip_prefix(*mark)?.strip_suffix(*mark));
+    let quoted = ['"', '\'']
+        .iter()
+        .find_map(|mark| value.strip_prefix(*mark)?.strip_suffix(*mark));
     quoted.unwrap_or(value)
 }
 
@@ -272,17 +315,28 @@ impl<'a> Keys<'a> {
                 *list += element;
                 continue;
             }
-            let is_key = |key: &&str| !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
-            let found = written.split_once(':').map(|(key, value)| (key.trim_end(), value.trim()));
+            let is_key =
+                |key: &&str| !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+            let found = written
+                .split_once(':')
+                .map(|(key, value)| (key.trim_end(), value.trim()));
             let Some((key, value)) = found.filter(|(key, _)| is_key(key)) else {
                 let problem = format_args!("is no line of a map's file; allowed: a key, `:` and its value");
                 return Err(failure(name, line, problem));
             };
             if let Some((before, ..)) = values.iter().find(|(_, other, _)| *other == key) {
-                return Err(failure(name, line, format_args!("{key}: is given at line {before} too; allowed: once")));
+                return Err(failure(
+                    name,
+                    line,
+                    format_args!("{key}: is given at line {before} too; allowed: once"),
+                ));
             }
             let list = value.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
-            values.push((line, key, list.map_or_else(|| value.to_owned(), |list| list.replace(',', " "))));
+            values.push((
+                line,
+                key,
+                list.map_or_else(|| value.to_owned(), |list| list.replace(',', " ")),
+            ));
         }
         Ok(Self {
             name,
@@ -297,10 +351,12 @@ impl<'a> Keys<'a> {
     }
 
     fn needed(&self, key: &str) -> Result<(usize, &str)> {
-        self.value(key).filter(|(_, value)| !plain(value).is_empty()).ok_or_else(|| {
-            let problem = format_args!("lacks `{key}`; allowed: a map's file has image and resolution");
-            failure(self.name, self.lines, problem)
-        })
+        self.value(key)
+            .filter(|(_, value)| !plain(value).is_empty())
+            .ok_or_else(|| {
+                let problem = format_args!("lacks `{key}`; allowed: a map's file has image and resolution");
+                failure(self.name, self.lines, problem)
+            })
     }
 
     /// A number, or else a default if there is one.
@@ -309,7 +365,10 @@ impl<'a> Keys<'a> {
             (None, Some(default)) => return Ok(default),
             _ => self.needed(key)?,
         };
-        let number = plain(value).parse().ok().filter(|number| (least..=most).contains(number));
+        let number = plain(value)
+            .parse()
+            .ok()
+            .filter(|number| (least..=most).contains(number));
         number.ok_or_else(|| {
             let problem = format_args!("{key}: is {}; allowed: {least} to {most}", shown(value));
             failure(self.name, line, problem)
@@ -326,7 +385,10 @@ impl<'a> Keys<'a> {
         let numbers = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
         let numbers = numbers.filter(|numbers| numbers.iter().all(|number| number.abs() <= FARTHEST));
         numbers.map(|numbers| (line, numbers)).ok_or_else(|| {
-            let problem = format_args!("origin: is {}; allowed: three numbers, x and y in m and an angle", shown(value));
+            let problem = format_args!(
+                "origin: is {}; allowed: three numbers, x and y in m and an angle",
+                shown(value)
+            );
             failure(self.name, line, problem)
         })
     }

@@ -124,9 +124,19 @@ impl Options {
         let (maze, maps) = ("mazes of Kheperax (.py)", "maps as pictures (.png, .pgm)");
         for (flag, is_given, is_allowed, with) in [
             ("--maze", self.maze.is_some(), format == Format::Kheperax, maze),
-            ("--mm-per-pixel", self.mm_per_pixel.is_some(), format == Format::Picture, maps),
+            (
+                "--mm-per-pixel",
+                self.mm_per_pixel.is_some(),
+                format == Format::Picture,
+                maps,
+            ),
             ("--threshold", self.threshold.is_some(), format == Format::Picture, maps),
-            ("--tolerance", self.tolerance.is_some(), is_map, "maps (.yaml, .yml, .png, .pgm)"),
+            (
+                "--tolerance",
+                self.tolerance.is_some(),
+                is_map,
+                "maps (.yaml, .yml, .png, .pgm)",
+            ),
         ] {
             if is_given && !is_allowed {
                 let problem = format_args!("{flag}: {name} is {}; allowed: with {with}", format.name());

@@ -533,7 +533,14 @@ const MAP: &str = "# A room\nimage: 'room.pgm' # drawn\nresolution: 0.1\norigin:
 
 fn room() -> Vec<u8> {
     let rows = [
-        "############", "#.........??", "#.........??", "#...##....??", "#...##....??", "#.........??", "#.........??", "#.........??",
+        "############",
+        "#.........??",
+        "#.........??",
+        "#...##....??",
+        "#...##....??",
+        "#.........??",
+        "#.........??",
+        "#.........??",
         "############",
     ];
     let grey = |pixel| match pixel {
@@ -541,7 +548,11 @@ fn room() -> Vec<u8> {
         b'#' => 0,
         _ => 205,
     };
-    [&b"P5\n12 9\n255\n"[..], &rows.concat().bytes().map(grey).collect::<Vec<_>>()].concat()
+    [
+        &b"P5\n12 9\n255\n"[..],
+        &rows.concat().bytes().map(grey).collect::<Vec<_>>(),
+    ]
+    .concat()
 }
 
 /// A map in a folder of its own.
@@ -555,7 +566,9 @@ fn walls(text: &str) -> Vec<[[f64; 2]; 2]> {
     let values: toml::Table = text.parse().unwrap();
     let place = |wall: &toml::Value, key: &str| [0, 1].map(|axis| wall[key][axis].as_float().unwrap());
     let walls = values["arena"]["walls"].as_array().unwrap().iter();
-    walls.map(|wall| ["from_mm", "to_mm"].map(|key| place(wall, key))).collect()
+    walls
+        .map(|wall| ["from_mm", "to_mm"].map(|key| place(wall, key)))
+        .collect()
 }
 
 #[test]
@@ -629,16 +642,62 @@ fn a_picture_becomes_walls() {
     );
     assert_eq!(walls(&made.text)[0], [[50.0, 50.0], [500.0, 50.0]]);
     // Half-white pixels are free too.
-    let more = of(&Options { threshold: None, ..options.clone() }).unwrap();
+    let more = of(&Options {
+        threshold: None,
+        ..options.clone()
+    })
+    .unwrap();
     assert_eq!(walls(&more.text)[0], [[50.0, 50.0], [600.0, 50.0]]);
     for (options, words) in [
-        (Options { mm_per_pixel: None, ..options.clone() }, "lacks the size of its pixels; allowed: with --mm-per-pixel MM"),
-        (Options { mm_per_pixel: Some(0.0), ..options.clone() }, "--mm-per-pixel: is 0; allowed: 0.01 to 10000 mm"),
-        (Options { mm_per_pixel: Some(f64::NAN), ..options.clone() }, "--mm-per-pixel: is NaN; allowed"),
-        (Options { threshold: Some(1.5), ..options.clone() }, "--threshold: is 1.5; allowed: 0 to 1"),
-        (Options { tolerance: Some(-1.0), ..options.clone() }, "--tolerance: is -1; allowed: 0 to 10000 mm"),
-        (Options { maze: Some("x".into()), ..options.clone() }, "--maze: "),
-        (Options { threshold: Some(1.0), ..options.clone() }, "has no free pixel: 12 x 9 pixels: 0 free, 108 occupied, 0 unknown"),
+        (
+            Options {
+                mm_per_pixel: None,
+                ..options.clone()
+            },
+            "lacks the size of its pixels; allowed: with --mm-per-pixel MM",
+        ),
+        (
+            Options {
+                mm_per_pixel: Some(0.0),
+                ..options.clone()
+            },
+            "--mm-per-pixel: is 0; allowed: 0.01 to 10000 mm",
+        ),
+        (
+            Options {
+                mm_per_pixel: Some(f64::NAN),
+                ..options.clone()
+            },
+            "--mm-per-pixel: is NaN; allowed",
+        ),
+        (
+            Options {
+                threshold: Some(1.5),
+                ..options.clone()
+            },
+            "--threshold: is 1.5; allowed: 0 to 1",
+        ),
+        (
+            Options {
+                tolerance: Some(-1.0),
+                ..options.clone()
+            },
+            "--tolerance: is -1; allowed: 0 to 10000 mm",
+        ),
+        (
+            Options {
+                maze: Some("x".into()),
+                ..options.clone()
+            },
+            "--maze: ",
+        ),
+        (
+            Options {
+                threshold: Some(1.0),
+                ..options.clone()
+            },
+            "has no free pixel: 12 x 9 pixels: 0 free, 108 occupied, 0 unknown",
+        ),
     ] {
         let failure = of(&options).unwrap_err();
         assert!(failure.code() == 3 && failure.to_string().contains(words), "{failure}");
@@ -650,15 +709,35 @@ fn wrong_maps_are_refused() {
     let scratch = Scratch::new("wrong-maps");
     for (from, to, words) in [
         ("'room.pgm'", "'none.pgm'", "map.yaml:2: image: "),
-        ("'room.pgm' # drawn", "", "map.yaml:7: lacks `image`; allowed: a map's file has image and resolution"),
+        (
+            "'room.pgm' # drawn",
+            "",
+            "map.yaml:7: lacks `image`; allowed: a map's file has image and resolution",
+        ),
         ("image", "picture", "map.yaml:7: lacks `image`"),
         ("0.1\n", "0\n", "map.yaml:3: resolution: is 0; allowed: 0.00001 to 10"),
         ("0.1\n", "wide\n", "map.yaml:3: resolution: is wide; allowed: "),
-        ("0.25, 0.0]", "0.25]", "map.yaml:4: origin: is -1.5  0.25; allowed: three numbers"),
+        (
+            "0.25, 0.0]",
+            "0.25]",
+            "map.yaml:4: origin: is -1.5  0.25; allowed: three numbers",
+        ),
         ("negate: 0", "negate: 2", "map.yaml:5: negate: is 2; allowed: 0 and 1"),
-        ("negate: 0", "mode: raw", "map.yaml:5: mode: is raw; allowed: trinary and scale"),
-        ("negate: 0", "image: a.png", "map.yaml:5: image: is given at line 2 too; allowed: once"),
-        ("negate: 0", "? negate", "map.yaml:5: is no line of a map's file; allowed: a key, `:` and its value"),
+        (
+            "negate: 0",
+            "mode: raw",
+            "map.yaml:5: mode: is raw; allowed: trinary and scale",
+        ),
+        (
+            "negate: 0",
+            "image: a.png",
+            "map.yaml:5: image: is given at line 2 too; allowed: once",
+        ),
+        (
+            "negate: 0",
+            "? negate",
+            "map.yaml:5: is no line of a map's file; allowed: a key, `:` and its value",
+        ),
         ("0.65", "1.5", "map.yaml:6: occupied_thresh: is 1.5; allowed: 0 to 1"),
     ] {
         assert!(MAP.contains(from));
@@ -670,7 +749,10 @@ fn wrong_maps_are_refused() {
         ..Options::default()
     };
     let failure = mapped(&scratch, MAP, &wide).unwrap_err().to_string();
-    assert!(failure.ends_with("map.yaml is a map of ROS; allowed: with maps as pictures (.png, .pgm)"), "{failure}");
+    assert!(
+        failure.ends_with("map.yaml is a map of ROS; allowed: with maps as pictures (.png, .pgm)"),
+        "{failure}"
+    );
 }
 
 /// An error that names a tolerance names one that is enough.
@@ -707,7 +789,22 @@ fn too_many_walls_are_refused() {
 #[test]
 fn broken_maps_end_with_a_sentence() {
     let scratch = Scratch::new("broken-maps");
-    let odd = ["NaN", "1e400", "-1", "[", "]", "'", "\"", "#", ":", "- ", "\n", "99999999999999999999", "..", "/"];
+    let odd = [
+        "NaN",
+        "1e400",
+        "-1",
+        "[",
+        "]",
+        "'",
+        "\"",
+        "#",
+        ":",
+        "- ",
+        "\n",
+        "99999999999999999999",
+        "..",
+        "/",
+    ];
     for seed in 0..300 {
         if let Err(failure) = mapped(&scratch, &mutant(MAP, &odd, seed), &Options::default()) {
             assert_eq!(failure.code(), 3, "{failure}");
@@ -724,7 +821,12 @@ fn broken_maps_end_with_a_sentence() {
 #[test]
 fn the_maze_that_ships_has_the_walls_of_its_map() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
-    let made = import(&folder.join("map-maze/map.yaml"), &Options::default(), Path::new("imported.toml")).unwrap();
+    let made = import(
+        &folder.join("map-maze/map.yaml"),
+        &Options::default(),
+        Path::new("imported.toml"),
+    )
+    .unwrap();
     let ships = std::fs::read_to_string(folder.join("map-maze.toml")).unwrap();
     assert_eq!(walls(&made.text), walls(&ships));
 }

@@ -72,7 +72,10 @@ impl Free {
                     at = [0, 1].map(|axis| at[axis] + STEPS[direction][axis]);
                     // Around the same pixel if others touch it here: to the left, straight on, or to the right.
                     let leaving = edges[place(at)];
-                    let Some(next) = [1, 0, 3].map(|turn| (direction + turn) % 4).into_iter().find(|next| leaving & 1 << next != 0)
+                    let Some(next) = [1, 0, 3]
+                        .map(|turn| (direction + turn) % 4)
+                        .into_iter()
+                        .find(|next| leaving & 1 << next != 0)
                     else {
                         break;
                     };
@@ -214,7 +217,9 @@ pub(super) fn walls(outlines: &[Vec<Corner>], tolerance: f64, most: usize) -> Re
     let mut is_divided = vec![false; outlines.len()];
     for (outline, corners) in outlines.iter().enumerate() {
         let squared = |index: &usize| squared_distance(corners[*index], corners[0], corners[0]);
-        let far = (0..corners.len()).max_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(0);
+        let far = (0..corners.len())
+            .max_by(|a, b| squared(a).total_cmp(&squared(b)))
+            .unwrap_or(0);
         chains.push(chain(outline, 0, far));
         chains.push(chain(outline, far, corners.len()));
     }
@@ -236,9 +241,14 @@ pub(super) fn walls(outlines: &[Vec<Corner>], tolerance: f64, most: usize) -> Re
     let mut known = BTreeSet::new();
     let ends = chains.iter().map(|chain| {
         let corners = &outlines[chain.outline];
-        (chain.outline, [chain.from, chain.to].map(|index| corners[index % corners.len()]))
+        (
+            chain.outline,
+            [chain.from, chain.to].map(|index| corners[index % corners.len()]),
+        )
     });
-    Ok(ends.filter(|(_, [from, to])| known.insert([*from.min(to), *from.max(to)])).collect())
+    Ok(ends
+        .filter(|(_, [from, to])| known.insert([*from.min(to), *from.max(to)]))
+        .collect())
 }
 
 #[cfg(test)]
@@ -271,7 +281,10 @@ mod tests {
 
     #[test]
     fn the_edge_of_the_picture_is_a_boundary() {
-        assert_eq!(map(&["..", ".."]).outlines().unwrap(), [[[0, 0], [2, 0], [2, 2], [0, 2]]]);
+        assert_eq!(
+            map(&["..", ".."]).outlines().unwrap(),
+            [[[0, 0], [2, 0], [2, 2], [0, 2]]]
+        );
     }
 
     #[test]
@@ -295,7 +308,11 @@ mod tests {
             }
             let length = |outline: &Vec<Corner>| -> i32 {
                 let next = outline.iter().cycle().skip(1);
-                outline.iter().zip(next).map(|(a, b)| (a[0] - b[0]).abs() + (a[1] - b[1]).abs()).sum()
+                outline
+                    .iter()
+                    .zip(next)
+                    .map(|(a, b)| (a[0] - b[0]).abs() + (a[1] - b[1]).abs())
+                    .sum()
             };
             assert_eq!(map.outlines().unwrap().iter().map(length).sum::<i32>(), edges);
         }
@@ -323,7 +340,10 @@ mod tests {
                                 .iter()
                                 .map(|(_, [from, to])| squared_distance(at, double(*from), double(*to)))
                                 .fold(f64::INFINITY, f64::min);
-                            assert!(nearest <= 4.0 * tolerance * tolerance + 1e-9, "{nearest} at {tolerance}");
+                            assert!(
+                                nearest <= 4.0 * tolerance * tolerance + 1e-9,
+                                "{nearest} at {tolerance}"
+                            );
                         }
                     }
                 }
@@ -334,7 +354,9 @@ mod tests {
     #[test]
     fn slopes_of_steps_become_one_wall() {
         let rows: Vec<String> = (0..20).map(|row| ".".repeat(row + 1) + &"#".repeat(20 - row)).collect();
-        let outlines = map(&rows.iter().map(String::as_str).collect::<Vec<_>>()).outlines().unwrap();
+        let outlines = map(&rows.iter().map(String::as_str).collect::<Vec<_>>())
+            .outlines()
+            .unwrap();
         assert_eq!(outlines[0].len(), 42);
         assert_eq!(walls(&outlines, 1.0, 10).unwrap().len(), 4);
         assert_eq!(walls(&outlines, 0.0, 100).unwrap().len(), 42);
@@ -353,8 +375,14 @@ mod tests {
 
     #[test]
     fn the_roomiest_pixel_is_far_from_all_others() {
-        assert_eq!(map(&["#######", "#.....#", "#.....#", "#.....#", "#######"]).roomiest(), Some([2, 2]));
-        assert_eq!(map(&[".....", ".....", ".....", ".....", "....."]).roomiest(), Some([2, 2]));
+        assert_eq!(
+            map(&["#######", "#.....#", "#.....#", "#.....#", "#######"]).roomiest(),
+            Some([2, 2])
+        );
+        assert_eq!(
+            map(&[".....", ".....", ".....", ".....", "....."]).roomiest(),
+            Some([2, 2])
+        );
         assert_eq!(map(&["##"]).roomiest(), None);
     }
 
