@@ -281,8 +281,10 @@ impl<'a> Inputs<'a> {
         let name = path.display().to_string();
         let Field { x, y, width, height } = field;
         let read = |_: &_| {
-            let unread = |problem| Invalid::new(KEY, format!("{name} {problem}"));
-            let pixels = pixels::read(&content.bytes).map_err(unread)?;
+            let pixels = pixels::read(&content.bytes).map_err(|problem| Invalid {
+                field: KEY.to_owned(),
+                problem: format!("{name} {problem}"),
+            })?;
             let greys = picture::averaged(&pixels.greys, [pixels.width, pixels.height], cells);
             Picture::new(field, cells, greys)
         };

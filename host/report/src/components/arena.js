@@ -28,7 +28,7 @@ export class Arena {
     this.put = { robots: [], sides: [] };
     /** Colours of what is drawn on the floor. */
     this.marks = theme.colours;
-    /** @type {Map<string, HTMLCanvasElement>} pictures on floors, by their greys */
+    /** @type {Map<string, HTMLCanvasElement>} pictures on floors, by their cells */
     this.pictures = new Map();
   }
 
@@ -217,7 +217,8 @@ export class Arena {
    * @param {import('./facts.js').PictureFacts} picture
    */
   picture({ left, bottom, width, height, columns, rows, greys }) {
-    let cells = this.pictures.get(greys);
+    const name = `${columns} ${greys}`;
+    let cells = this.pictures.get(name);
     if (!cells) {
       cells = document.createElement('canvas');
       [cells.width, cells.height] = [columns, rows];
@@ -229,7 +230,7 @@ export class Arena {
         pixels.data.set([shade(grey / 255), shade(grey / 255), shade(grey / 255), 255], pixel);
       });
       pen.putImageData(pixels, 0, 0);
-      this.pictures.set(greys, cells);
+      this.pictures.set(name, cells);
     }
     const { scale } = this.view;
     this.pen.imageSmoothingEnabled = false;

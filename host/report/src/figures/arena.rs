@@ -341,7 +341,7 @@ impl Sheet {
             for run in shades.chunk_by(|one, next| one == next) {
                 let _ = write!(
                     paths.entry(run[0]).or_default(),
-                    "M{column} {row}h{1}v1h-{1}z",
+                    "M{column} {row}h{0}v1h-{0}z",
                     run.len()
                 );
                 column += run.len();
