@@ -23,7 +23,7 @@ pub use devices::{audit, auto, backend, background, cpu, pool, probe, threads};
 pub use foragers::swarm;
 pub use outside::{acting, reported, stepped};
 pub use parts::{automode, compose, network};
-pub use world::{arena, reference, surrogate, tables, tasks};
+pub use world::{arena, picture, reference, surrogate, tables, tasks};
 
 pub mod foraging {
     //! Foraging e-pucks, as worlds and as robots of other worlds.

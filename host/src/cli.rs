@@ -476,7 +476,8 @@ pub(crate) struct New {
 /// `oneiro import`
 #[derive(Args, Debug)]
 pub(crate) struct Import {
-    /// ARGoS (.argos, .xml), an Aseba playground (.playground), mazes of Kheperax (.py), a maze as text (.txt), evorobotpy (.ini)
+    /// ARGoS (.argos, .xml), an Aseba playground (.playground), mazes of Kheperax (.py), a maze as text (.txt), evorobotpy (.ini), a map
+    /// of ROS (.yaml, .yml) or as picture (.png, .pgm)
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
     /// The experiment to write; a file that exists is never overwritten [default: FILE's name with .toml, in the current folder]
@@ -485,6 +486,15 @@ pub(crate) struct Import {
     /// Which maze of a file with several
     #[arg(long, value_name = "NAME")]
     pub(crate) maze: Option<String>,
+    /// Side of a pixel of a map that is a picture
+    #[arg(long, value_name = "MM")]
+    pub(crate) mm_per_pixel: Option<f64>,
+    /// How far a map's walls may be from where they are in the picture [default: the side of a pixel]
+    #[arg(long, value_name = "MM")]
+    pub(crate) tolerance: Option<f64>,
+    /// The grey from which on pixels of a map that is a picture are free, from 0 (black) to 1 (white) [default: 0.5]
+    #[arg(long, value_name = "GREY")]
+    pub(crate) threshold: Option<f64>,
 }
 
 /// Instead of a rule's name, lists all of them.

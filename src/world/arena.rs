@@ -5,6 +5,7 @@ use oneiro_shaders::episode;
 
 use crate::exact::cosine;
 use crate::parameter::field_of_pairs;
+use crate::world::picture::Picture;
 
 /// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right
 /// and y up.
@@ -24,6 +25,8 @@ pub struct Arena {
     pub lights: Vec<Light>,
     /// Grey of the floor, from 0 for black to 1 for white, for the ground sensors of parametric robots. `None`: white.
     pub floor: Option<f32>,
+    /// A picture on the floor, beneath all patches.
+    pub picture: Option<Picture>,
     /// Patches of the floor; of several at one place the last counts.
     pub patches: Vec<Patch>,
     /// Number of the last walls that are the sides of a convex polygon, counter-clockwise: see [`Arena::polygon`].

@@ -179,6 +179,7 @@ fn only_walls(arena: &Arena) -> Result<(), Invalid> {
     let lists = [
         ("lights", arena.lights.is_empty()),
         ("floor", arena.floor.is_none()),
+        ("picture", arena.picture.is_none()),
         ("patches", arena.patches.is_empty()),
     ];
     match lists.into_iter().find(|(_, is_empty)| !is_empty) {

@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use crate::parameter::{self, Choice, Choices, Datum, Invalid};
 use crate::world::arena::{self, Arena, Light, Patch};
 use crate::world::body::Body;
+#[cfg(feature = "compose")]
+use crate::world::picture;
 use crate::world::pucks::Discs;
 use crate::world::reference::{self, Model, Reference};
 use crate::world::sensors::{Around, Response, Sensor};
@@ -283,13 +285,15 @@ impl Described {
 
     /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl`, `robot/drive.wgsl` and `sensor/kinds.wgsl`
     /// declare.
-    /// Those of a surrogate are followed by its differences, `lib/differences.wgsl` says which. A controller has `genes` genes.
+    /// Those of a surrogate are followed by its differences, `lib/differences.wgsl` says which. A controller has `genes` genes. The
+    /// greys of the arena's picture begin at the cell `greys` of the tables.
     pub(crate) fn cells(
         &self,
         body: &Body<'_>,
         arena: &Arena,
         surrogate: Option<&Surrogate>,
         genes: usize,
+        greys: u32,
     ) -> Vec<[u32; 4]> {
         let (body_radius, tables) = (body.radius, body.sensors);
         let (base, speed, speeds, noise) = match self.drive {
@@ -354,7 +358,13 @@ impl Described {
             );
         // Zero has one sign.
         let bits = |number: f32| if number == 0.0 { 0 } else { number.to_bits() };
-        cells.map(|cell| cell.map(bits)).collect()
+        let mut cells: Vec<_> = cells.map(|cell| cell.map(bits)).collect();
+        if let Some(picture) = &arena.picture {
+            let white = surrogate.map_or(1.0, |surrogate| surrogate.reflectivity(Object::Floor, 0));
+            let at = self.picture_cell(arena);
+            cells.splice(at..at, picture.head(greys, white));
+        }
+        cells
     }
 
     /// The kernel's cell of a swarm: `MembersCell`.
@@ -390,11 +400,16 @@ impl Described {
         })
     }
 
+    /// The kernel's first cell of the arena's picture.
+    pub(crate) fn picture_cell(&self, arena: &Arena) -> usize {
+        let points = self.responses().iter().map(|response| response.0.len()).sum::<usize>();
+        2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
+    }
+
     /// The kernel's cell of the noise of wheels.
     #[cfg(feature = "compose")]
     pub(crate) fn noise_cell(&self, arena: &Arena) -> usize {
-        let points = self.responses().iter().map(|response| response.0.len()).sum::<usize>();
-        2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
+        self.picture_cell(arena) + if arena.picture.is_some() { picture::HEAD } else { 0 }
     }
 
     /// The kernel's cell of a swarm.

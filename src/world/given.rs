@@ -6,9 +6,12 @@ use crate::world::spec::WorldSpec;
 
 /// Cells before those of the lists' elements: the body and the floor, the field, and a cell for each list.
 const HEAD: usize = 2 + 5;
+/// Where the last cell says which cell of the tables has the first greys of a picture.
+pub(super) const GREYS: usize = 2;
 
-/// Cells for custom parts: the body's radius and the floor's grey; the field's corners; for each list the number of its elements,
-/// its first cell and the cells of an element; and the elements, of which an empty list has one of zeros.
+/// Cells for custom parts: the body's radius, the floor's grey, and where the head of the picture on it is; the field's corners; for
+/// each list the number of its elements, its first cell and the cells of an element; and the elements, of which an empty list has one
+/// of zeros. The head comes last; [`GREYS`] is not in it yet.
 pub(super) fn cells(spec: &WorldSpec) -> impl Iterator<Item = [u32; 4]> {
     let arena = &spec.arena;
     let field = arena.field;
@@ -32,7 +35,15 @@ pub(super) fn cells(spec: &WorldSpec) -> impl Iterator<Item = [u32; 4]> {
         elements.resize(elements.len().max(size), [0.0; 4]);
         cells.extend(elements);
     }
-    cells.into_iter().map(|cell| cell.map(|number| zero(number).to_bits()))
+    if arena.picture.is_some() {
+        cells[0][2] = cells.len() as f32;
+    }
+    let head = arena.picture.as_ref().map(|picture| picture.head(0, 1.0));
+    let head = head.into_iter().flatten();
+    cells
+        .into_iter()
+        .map(|cell| cell.map(|number| zero(number).to_bits()))
+        .chain(head)
 }
 
 fn light(light: &Light) -> [[f32; 4]; 2] {

@@ -16,6 +16,7 @@ mod owner;
 mod pack;
 mod parameters;
 mod physics;
+pub mod picture;
 pub(crate) mod pucks;
 mod reach;
 pub mod reference;

@@ -113,9 +113,13 @@ impl Packed {
         let first_shape = buffers.add_shapes(shapes);
         let motor_table = buffers.add_shared_table(&robot.motors, 0, || motor_cells(&robot.motors));
         let radius = robot.body_radius;
+        let picture = spec.arena.picture.as_ref();
+        let greys = picture.map_or(0, |picture| {
+            buffers.add_shared_table(picture.owner(), 0, || picture.cells())
+        });
         let numbers = match physics {
             Physics::Described(described, surrogate) => {
-                let mut cells = described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes);
+                let mut cells = described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes, greys);
                 cells.extend(&self.near);
                 buffers.add_table(cells)
             }
@@ -129,7 +133,11 @@ impl Packed {
         let own_values = if self.values.is_empty() {
             0
         } else {
-            buffers.add_table(self.values.clone())
+            let mut values = self.values.clone();
+            if let Some(head) = values.last_mut().filter(|_| picture.is_some()) {
+                head[given::GREYS] = greys;
+            }
+            buffers.add_table(values)
         };
         episode::World {
             first_shape,

@@ -24,6 +24,7 @@ pub struct Ready {
 enum Needs {
     Nothing,
     Patches(usize),
+    Line,
     Lights,
     Objects,
     Pucks,
@@ -50,7 +51,7 @@ pub const READY: &[Ready] = &[
     ready!(Visit, "visit", Needs::Patches(1)),
     ready!(Collect, "collect", Needs::Patches(2)),
     ready!(Cover, "cover", Needs::Nothing),
-    ready!(FollowLine, "follow-line", Needs::Patches(1)),
+    ready!(FollowLine, "follow-line", Needs::Line),
     ready!(FollowWall, "follow-wall", Needs::Objects),
     ready!(StayTogether, "stay-together", Needs::Nothing),
     ready!(Phototaxis, "phototaxis", Needs::Lights),
@@ -106,6 +107,10 @@ impl Ready {
                     _ => format!("at least {least} patches of the floor (arena.patches)"),
                 };
                 (arena.patches.len() >= least, allowed)
+            }
+            Needs::Line => {
+                let allowed = "a patch of the floor (arena.patches) or a picture on it (arena.picture)".to_owned();
+                (!arena.patches.is_empty() || arena.picture.is_some(), allowed)
             }
             Needs::Lights => (!arena.lights.is_empty(), "a light (arena.lights)".to_owned()),
             Needs::Objects => (objects > 0, "walls, obstacles or blocks".to_owned()),

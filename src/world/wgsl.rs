@@ -28,6 +28,9 @@ pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Re
     if robot.looks_by_grid {
         let _ = writeln!(text, "const NEAR_CELL: u32 = {}u;", robot.own_cells(arena));
     }
+    if spec.arena.picture.is_some() {
+        let _ = writeln!(text, "const PICTURE_CELL: u32 = {}u;", robot.picture_cell(arena));
+    }
     Ok(text)
 }
 

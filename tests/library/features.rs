@@ -26,6 +26,7 @@ features! {
     observed: "observed",
     pucks: "pucks",
     ordinary: "ordinary",
+    pictures: "pictures",
     missions: "reference",
     state_machine: "state-machines",
     tasks: "tasks",

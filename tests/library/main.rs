@@ -66,6 +66,8 @@ mod observed;
 mod operations;
 mod ordinary;
 mod parity;
+#[cfg(feature = "compose")]
+mod pictures;
 mod pool;
 #[cfg(feature = "compose")]
 mod pucks;

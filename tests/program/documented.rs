@@ -149,6 +149,8 @@ const DRAWN: [(&str, &str, &str, bool); 33] = [
     ),
     ("docs/pictures/puck-foraging.svg", "docs/pucks.md", "foraging.svg", true),
     ("docs/pictures/five-starts.svg", "docs/worlds.md", "five.svg", false),
+    ("docs/pictures/line-follower.svg", "docs/worlds.md", "line.svg", false),
+    ("docs/pictures/map-rooms.svg", "docs/import.md", "rooms.svg", false),
     (
         "docs/evostick-aggregation.svg",
         "docs/evostick.md",

@@ -25,10 +25,15 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 43] = [
+const COMMANDS: [(&str, &[&str]); 45] = [
     ("new", &["new", "OUT.toml"]),
     ("import", &["import", "maze.txt", "--out", "OUT.toml"]),
+    (
+        "import a map",
+        &["import", "map.pgm", "--mm-per-pixel", "20", "--out", "OUT.toml"],
+    ),
     ("check", &["check", "small.toml"]),
+    ("check a picture", &["check", "line-follower.toml"]),
     ("check parts", &["check", "parts.toml"]),
     ("new keys", &["new", "--keys"]),
     ("run", &["run", "small.toml", "--seed", "1", "--out", "OUT"]),
@@ -142,6 +147,11 @@ impl Place {
             "maze.txt",
             "4\n20 20\n0\n80 80\n0 0 100 0\n100 0 100 100\n100 100 0 100\n0 100 0 0\n",
         );
+        place.write("map.pgm", format!("P2 40 30 9\n{}", "9 ".repeat(40 * 30)));
+        fs::create_dir(place.at("line-follower")).unwrap();
+        for file in ["line-follower.toml", "line-follower/track.png"] {
+            place.write(file, fs::read(experiments.join(file)).unwrap());
+        }
         let shortened = |out: &str, file: &str, set: &[&str]| {
             let set: Vec<&str> = set.iter().flat_map(|&set| ["--set", set]).collect();
             let run = [&["run", file, "--seed", "1", "--out", out][..], &set].concat();

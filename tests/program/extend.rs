@@ -514,6 +514,8 @@ fn examples_are_written_with_their_parts() {
             "kheperax",
             "phototaxis",
             "wall-following",
+            "line-follower",
+            "map-maze",
             "discrimination",
             "aggregation",
             "gather",
@@ -563,7 +565,7 @@ fn examples_are_written_with_their_parts() {
         .says(&["homing/sensors.wgsl: exists already"]);
     assert!(!place.at("homing.toml").exists());
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
-        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather, predator-prey, \
+        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, line-follower, map-maze, discrimination, aggregation, gather, predator-prey, \
          evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration, \
          automode-aggregation, automode-cues, automode-foraging, puck-clustering, puck-foraging, five-starts, odowd2014-over",
     ]);

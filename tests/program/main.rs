@@ -53,6 +53,8 @@ mod names;
 mod one_hash;
 #[cfg(feature = "compose")]
 mod parametric;
+#[cfg(feature = "compose")]
+mod pictures;
 /// `tests/all.sh` runs these at the same time as the others: they wait for robots, and leave the processors idle.
 mod real_time;
 mod reproduce;

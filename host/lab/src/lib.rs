@@ -28,6 +28,7 @@ pub mod lives;
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../tests/mutations/mod.rs"]
 mod mutations;
+mod pixels;
 pub mod reality;
 pub mod record;
 pub mod runs;

@@ -1,4 +1,4 @@
-//! `oneiro import`: an experiment from a file of another simulator.
+//! `oneiro import`: an experiment from a file of another simulator, or from a map.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_base::progress::meanwhile;
-use oneiro_lab::import;
+use oneiro_lab::import::{self, Options};
 use serde_json::json;
 
 use crate::cli::Import;
@@ -16,8 +16,14 @@ use crate::cli::Import;
 pub(crate) fn run(arguments: &Import, console: Console) -> Result {
     let out = arguments.out.clone().unwrap_or_else(|| beside(&arguments.file));
     files::must_end_in("--out", &out, "toml", "the experiment is a TOML file")?;
+    let options = Options {
+        maze: arguments.maze.clone(),
+        mm_per_pixel: arguments.mm_per_pixel,
+        tolerance: arguments.tolerance,
+        threshold: arguments.threshold,
+    };
     let imported = meanwhile("reading the file", console.bars(), || {
-        import::import(&arguments.file, arguments.maze.as_deref(), &out)
+        import::import(&arguments.file, &options, &out)
     })?;
     files::write_new(&out, imported.text.as_bytes())?;
     let path = out.display().to_string();

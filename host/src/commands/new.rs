@@ -129,19 +129,23 @@ fn template(arguments: &New, console: Console) -> Result {
 
 /// Writes files into a folder, an experiment's first, and says what to do next. Files that are already there with the same bytes stay:
 /// experiments share parts, and a command that was killed goes on.
-fn write<Text: AsRef<str>>(all: &[(Text, Text)], out: Option<&Path>, console: Console) -> Result {
+fn write<Name: AsRef<str>, Content: AsRef<[u8]>>(
+    all: &[(Name, Content)],
+    out: Option<&Path>,
+    console: Console,
+) -> Result {
     let out = out.unwrap_or(Path::new(""));
-    let all: Vec<(PathBuf, &str)> = all
+    let all: Vec<(PathBuf, &[u8])> = all
         .iter()
-        .map(|(file, text)| (out.join(file.as_ref()), text.as_ref()))
+        .map(|(file, content)| (out.join(file.as_ref()), content.as_ref()))
         .collect();
-    let is_new = |(path, text): &&(PathBuf, &str)| !files::is_already(path, text.as_bytes());
+    let is_new = |(path, content): &&(PathBuf, &[u8])| !files::is_already(path, content);
     let new: Vec<_> = all.iter().filter(is_new).collect();
     for (path, _) in &new {
         // Its folder is made.
         files::must_not_exist(path).map_err(|failure| failure.and_say(", or write into another folder: --out DIR"))?;
     }
-    for (index, (path, text)) in new.iter().enumerate() {
+    for (index, (path, content)) in new.iter().enumerate() {
         let folder = path.parent().unwrap_or(path);
         // The current directory has no name.
         let made = if folder.as_os_str().is_empty() {
@@ -149,7 +153,7 @@ fn write<Text: AsRef<str>>(all: &[(Text, Text)], out: Option<&Path>, console: Co
         } else {
             plain::make_directory(folder).map_err(|error| files::uncreated(folder, &error))
         };
-        let written = made.and_then(|()| files::write_new(path, text.as_bytes()));
+        let written = made.and_then(|()| files::write_new(path, content));
         written.inspect_err(|_| {
             // All or none; the error that follows says what to do.
             for (written, _) in &new[..index] {

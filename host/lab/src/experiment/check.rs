@@ -9,7 +9,7 @@ use oneiro::world::{Gene, World};
 use oneiro_base::console::counted;
 use oneiro_evolve::settings::{self as optimiser, Surroundings};
 
-use super::settings::{ArenaSize, Finalists, Settings, Transfer};
+use super::settings::{ArenaSize, Finalists, PictureFile, Settings, Transfer};
 use crate::lives::measures;
 
 pub(super) type Checked = Result<(), Invalid>;
@@ -234,9 +234,10 @@ pub(super) fn is_own_arena(settings: &Settings) -> bool {
         open,
         ref corners,
         start_radius,
+        ref picture,
     } = settings.arena;
     let has_size = width_mm.is_some() || height_mm.is_some() || corners.is_some() || start_radius.is_some();
-    has_size || open.is_some() || settings.world.arena != Arena::default()
+    has_size || open.is_some() || *picture != PictureFile::default() || settings.world.arena != Arena::default()
 }
 
 fn arena(settings: &Settings) -> Checked {
@@ -247,6 +248,7 @@ fn arena(settings: &Settings) -> Checked {
         open,
         corners,
         start_radius,
+        picture: _,
     } = &settings.arena;
     if is_forager(settings) && (preset.is_some() || is_own_arena(settings)) {
         return invalid(

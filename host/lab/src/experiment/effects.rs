@@ -239,6 +239,11 @@ const SAME: &[(&str, &[&str], &str)] = &[
         "only ground sensors see it",
     ),
     (
+        "arena.picture.",
+        &["coevolution", "genes with ranges"],
+        "only ground sensors see it",
+    ),
+    (
         "arena.patches[]",
         &["parametric"],
         "no robot drives over an edge of them",

@@ -1,23 +1,23 @@
-//! Experiments that ship, with their parts in WGSL: `oneiro new --example` writes them.
+//! Experiments that ship, with the files that they name: `oneiro new --example` writes them.
 
 /// An experiment and the files that it names.
 pub struct Example {
     pub name: &'static str,
     /// What a robot learns in it.
     pub about: &'static str,
-    /// Relative paths and texts; the experiment's own file comes first.
-    pub files: &'static [(&'static str, &'static str)],
+    /// Relative paths and contents; the experiment's own file comes first.
+    pub files: &'static [(&'static str, &'static [u8])],
 }
 
-/// A file of `experiments/`: its path there, and its text.
+/// A file of `experiments/`: its path there, and its content.
 macro_rules! file {
     ($path:literal) => {
-        ($path, include_str!(concat!("../../../../experiments/", $path)))
+        ($path, include_bytes!(concat!("../../../../experiments/", $path)))
     };
 }
 
 /// All of them.
-pub static EXAMPLES: [Example; 23] = [
+pub static EXAMPLES: [Example; 25] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -56,6 +56,16 @@ pub static EXAMPLES: [Example; 23] = [
         name: "wall-following",
         about: "a robot drives along the walls of a room at a distance",
         files: &[file!("wall-following.toml"), file!("wall-following/task.wgsl")],
+    },
+    Example {
+        name: "line-follower",
+        about: "an e-puck follows a line of a picture on the floor",
+        files: &[file!("line-follower.toml"), file!("line-follower/track.png")],
+    },
+    Example {
+        name: "map-maze",
+        about: "an e-puck finds its way through rooms that were imported from a map",
+        files: &[file!("map-maze.toml")],
     },
     Example {
         name: "discrimination",

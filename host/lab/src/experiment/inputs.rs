@@ -6,9 +6,11 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::{iter, thread};
 
-use oneiro::arena::Arena;
+use oneiro::arena::{Arena, Field};
 use oneiro::backend::{self, Options};
 use oneiro::compose::{Kind, OwnPart, Part};
+use oneiro::parameter::Invalid;
+use oneiro::picture::{self, Picture};
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
 use oneiro::tasks::Ready;
 use oneiro::world::{GeneLayout, WorldSpec};
@@ -24,6 +26,7 @@ use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings, s
 use super::source::Source;
 use crate::engine::handle::Engine;
 use crate::genomes;
+use crate::pixels;
 use crate::reality::Object;
 use crate::reality::sampling::{self, Samples};
 use crate::reality::site::{SEVERITY, Site};
@@ -63,6 +66,8 @@ pub struct Files {
     sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
     motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
     parts: Mutex<BTreeMap<(Kind, PathBuf), Arc<Part>>>,
+    /// Pictures on floors, by file, by numbers of cells, and by the bits of their places.
+    pictures: Mutex<BTreeMap<(PathBuf, [u32; 2], [u32; 4]), Picture>>,
     /// Samples of surrogates, by surrogate and by classes of objects.
     samples: Mutex<BTreeMap<Sampling, Arc<OnceLock<Taken>>>>,
     /// Their tables as files, by the names in [`made`].
@@ -267,6 +272,25 @@ impl<'a> Inputs<'a> {
         let own = OwnPart::new(part, &values);
         own.map(Arc::new)
             .map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
+    }
+
+    /// Reads the picture that lies on a part of the floor, as cells.
+    pub(super) fn picture(&mut self, file: &str, field: Field, cells: [u32; 2]) -> Result<Picture> {
+        const KEY: &str = "arena.picture.file";
+        let (path, content) = self.take(KEY, file)?;
+        let name = path.display().to_string();
+        let Field { x, y, width, height } = field;
+        let read = |_: &_| {
+            let pixels = pixels::read(&content.bytes).map_err(|problem| Invalid {
+                field: KEY.to_owned(),
+                problem: format!("{name} {problem}"),
+            })?;
+            let greys = picture::averaged(&pixels.greys, [pixels.width, pixels.height], cells);
+            Picture::new(field, cells, greys)
+        };
+        let key = (path, cells, [x, y, width, height].map(f32::to_bits));
+        let found = known(&self.files.pictures, key, read);
+        found.map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
     }
 
     /// Reads the genomes that an evolution begins with.
@@ -494,6 +518,7 @@ pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
     for kind in [Kind::Sensor, Kind::Controller, Kind::Task] {
         settings.part_mut(kind).part.iter_mut().for_each(rename);
     }
+    settings.arena.picture.file.iter_mut().for_each(rename);
     settings.evolution.init.iter_mut().for_each(rename);
     settings.files = inputs
         .iter()

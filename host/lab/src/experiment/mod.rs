@@ -421,10 +421,17 @@ impl Experiment {
         }
         // Two files may have one name.
         let files = self.values.get("files").and_then(Value::as_table);
-        if let Some(Value::String(part)) = values.get_mut("task").and_then(|task| task.get_mut("part"))
-            && let Some(hash) = files.and_then(|files| files.get(part.as_str())?.as_str())
-        {
-            *part = format!("{part}, hash {hash:.12}");
+        for path in [&["task", "part"][..], &["arena", "picture", "file"]] {
+            let (first, rest) = (values.get_mut(path[0]), &path[1..]);
+            let found = rest
+                .iter()
+                .try_fold(first, |table, key| Some(table?.get_mut(*key)))
+                .flatten();
+            if let Some(Value::String(file)) = found
+                && let Some(hash) = files.and_then(|files| files.get(file.as_str())?.as_str())
+            {
+                *file = format!("{file}, hash {hash:.12}");
+            }
         }
         values
     }

@@ -207,6 +207,17 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
             by: &[],
         },
         Need::new(
+            &[
+                "arena.picture.x_mm",
+                "arena.picture.y_mm",
+                "arena.picture.sides_mm",
+                "arena.picture.cell_mm",
+            ],
+            settings.arena.picture.file.is_some(),
+            "with arena.picture.file",
+            &["arena.picture.file"],
+        ),
+        Need::new(
             &["arena.wall_height_mm"],
             matches!(world.robot.build, Build::Differential(_)),
             "with robot.model",

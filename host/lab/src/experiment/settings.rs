@@ -79,6 +79,7 @@ impl Default for Settings {
                 open: None,
                 corners: None,
                 start_radius: None,
+                picture: PictureFile::default(),
             },
             world: WorldSpec {
                 arena: Arena::default(),
@@ -219,6 +220,18 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Corners of a convex polygon, counter-clockwise, instead of width and height. Its sides are walls of the class wall.", |own, _| Some(&mut own.arena.corners)),
         row("arena.start_radius_mm", "mm", LENGTH, OURS,
             "Radius of the disc in the arena's middle where a swarm's robots start. Default: anywhere in a rectangular field, or the largest disc inside a polygon.", |own, _| Some(&mut own.arena.start_radius)),
+    ]);
+    insert(&mut rows, "arena.floor", [
+        row("arena.picture.file", "", Text("a file, .png"), OURS,
+            "A picture on the floor, for what reads the floor's grey: see docs/worlds.md. Patches lie on it.", |own, _| Some(&mut own.arena.picture.file)),
+        row("arena.picture.x_mm", "mm", world::COORDINATE, OURS,
+            "x of its centre. Default: the middle of the arena.", |own, _| Some(&mut own.arena.picture.x)),
+        row("arena.picture.y_mm", "mm", world::COORDINATE, OURS,
+            "y of its centre. Default: the middle of the arena.", |own, _| Some(&mut own.arena.picture.y)),
+        row("arena.picture.sides_mm", "mm", LENGTH, OURS,
+            "Its width and its height. Default: those of the rectangle around the arena's walls.", |own, _| Some(&mut own.arena.picture.sides)),
+        row("arena.picture.cell_mm", "mm", Number(0.1, 1e4), OURS,
+            "About the side of a cell of the floor. Each cell has one of 256 greys, the mean of its pixels; at most 1048576 cells; default: 5.", |own, _| Some(&mut own.arena.picture.cell)),
     ]);
     rows.extend(evolution::rows());
     insert(&mut rows, "evolution.limits", [
@@ -411,6 +424,19 @@ pub struct ArenaSize {
     pub corners: Option<Corners>,
     /// Radius of the disc in its middle that robots start in.
     pub(crate) start_radius: Option<f32>,
+    pub(crate) picture: PictureFile,
+}
+
+/// A picture on the floor.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct PictureFile {
+    pub(crate) file: Option<String>,
+    /// Its centre and sides, mm.
+    pub(crate) x: Option<f32>,
+    pub(crate) y: Option<f32>,
+    pub(crate) sides: Option<[f32; 2]>,
+    /// About the side of a cell, mm.
+    pub(crate) cell: Option<f32>,
 }
 
 /// Individuals that are re-evaluated after the last generation, so that the champion is chosen by the mean of many episodes.

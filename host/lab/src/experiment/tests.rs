@@ -1,13 +1,16 @@
 use std::fs;
 use std::path::PathBuf;
 
+use oneiro::arena::Field;
 use oneiro::differential::{Build, Differential};
 use oneiro::parameter::{Allowed, Datum, Parameter};
 use oneiro::world;
+use png::{BitDepth, ColorType};
 
 use super::start::{Robots, Start};
 use super::values::Described;
 use super::*;
+use crate::pixels;
 use crate::runs;
 use crate::scratch::{Scratch, holds};
 
@@ -946,6 +949,144 @@ fn files_are_inputs_with_hashes() {
     assert!(message.contains("have one name"), "{message}");
     let hidden = refusal(&scratch, text, &["controller.kind=recurrent"]);
     assert!(hidden.contains("evolution.init") && hidden.contains("22"), "{hidden}");
+}
+
+/// A robot that senses the floor, in an arena of 300 x 200 mm.
+const ON_FLOOR: &str = "[robot]\nkind = \"differential\"\nbody_radius_mm = 20\nwheel_base_mm = 30\ngreatest_speed_mm_s = 100\n\
+    sensors = [{ name = \"floor\", kind = \"ground\", offset_mm = 0 }]\n[arena]\nwidth_mm = 300\nheight_mm = 200\n";
+
+/// A picture of a white half to the left and a black one to the right, and of black to the left of white.
+fn halves() -> [Vec<u8>; 2] {
+    let png = |greys: &[u8]| pixels::written(2, 1, ColorType::Grayscale, BitDepth::Eight, greys);
+    [png(&[255, 0]), png(&[0, 255])]
+}
+
+#[test]
+fn a_picture_lies_where_it_is_said() {
+    let scratch = Scratch::new("picture");
+    scratch.write("floor.png", &halves()[0]);
+    let of = |keys: &str| {
+        let experiment = read(
+            &scratch,
+            &format!("{ON_FLOOR}[arena.picture]\nfile = \"floor.png\"\n{keys}"),
+            &[],
+        );
+        let picture = experiment
+            .unwrap()
+            .world()
+            .spec()
+            .arena
+            .picture
+            .clone()
+            .expect("a picture");
+        let Field { x, y, width, height } = picture.field();
+        (
+            [x, y, width, height],
+            [picture.columns(), picture.rows()],
+            picture.greys().to_vec(),
+        )
+    };
+    let (field, cells, greys) = of("");
+    assert_eq!((field, cells), ([0.0, 0.0, 300.0, 200.0], [60, 40]));
+    assert!(
+        greys
+            .chunks(60)
+            .all(|row| row[..30] == [255; 30] && row[30..] == [0; 30])
+    );
+    let (field, cells, greys) = of("x_mm = 100\ny_mm = 90\nsides_mm = [90, 60]\ncell_mm = 30");
+    assert_eq!((field, cells), ([55.0, 60.0, 90.0, 60.0], [3, 2]));
+    assert_eq!(greys, [255, 128, 0, 255, 128, 0]);
+    assert_eq!(of("cell_mm = 10000").2, [128]);
+}
+
+/// Runs keep the picture's file and its hash, and are others with another picture.
+#[test]
+fn a_picture_travels_with_its_runs() {
+    let scratch = Scratch::new("pictures");
+    let [one, other] = halves();
+    scratch.write("floors/floor.png", &one);
+    let text = format!("{ON_FLOOR}picture.file = \"floors/floor.png\"\n");
+    let experiment = read(&scratch, &text, &[]).unwrap();
+    assert_eq!(experiment.inputs().len(), 1);
+    for input in experiment.inputs() {
+        scratch.write(&format!("run/{}", input.name), &input.content.bytes);
+    }
+    let config = scratch.write("run/config.toml", experiment.resolved_toml(3));
+    // As if it were moved away or drawn anew.
+    scratch.write("floors/floor.png", &other);
+    let again = Experiment::read(&config, &[]).unwrap();
+    assert_eq!(again.identities().of(3), experiment.identities().of(3));
+    assert_eq!(again.world().spec(), experiment.world().spec());
+    let redrawn = read(&scratch, &text, &[]).unwrap();
+    assert_ne!(redrawn.identities().of(3), experiment.identities().of(3));
+    let differences = redrawn.task_differences(&experiment);
+    assert_eq!(
+        differences.iter().map(|found| &*found.key).collect::<Vec<_>>(),
+        ["arena.picture.file"]
+    );
+    scratch.write("run/inputs/floor.png", &other);
+    let failure = Experiment::read(&config, &[]).map(|_| ()).unwrap_err();
+    assert!(
+        failure.code() == 3
+            && failure.to_string().contains("arena.picture.file: ")
+            && failure.to_string().contains("floor.png has changed"),
+        "{failure}"
+    );
+}
+
+#[test]
+fn pictures_that_can_not_lie_on_the_floor_are_refused() {
+    let scratch = Scratch::new("wrong-pictures");
+    scratch.write("floor.png", &halves()[0]);
+    scratch.write("cut.png", &halves()[0][..40]);
+    scratch.write("text.png", "no picture");
+    let of = |keys: &str| refusal(&scratch, &format!("{ON_FLOOR}{keys}"), &[]);
+    for (keys, words) in [
+        ("picture.file = \"none.png\"", "test.toml:9:16: arena.picture.file: "),
+        (
+            "picture.file = \"text.png\"",
+            "text.png is no picture that can be read; allowed: PNG, and PGM",
+        ),
+        ("picture.file = \"cut.png\"", "cut.png is no whole PNG: "),
+        (
+            "picture.file = \"floor.png\"\npicture.cell_mm = 0.2",
+            "is 0.2, which gives 1500 x 1000 cells; allowed: up to 1048576 in all, as with 0.4",
+        ),
+        (
+            "picture.file = \"floor.png\"\npicture.cell_mm = 0.05",
+            "arena.picture.cell_mm: is 0.05; allowed: 0.1 to 10000 mm",
+        ),
+        (
+            "picture.file = \"floor.png\"\npicture.x_mm = 99_900\npicture.sides_mm = [300, 9]",
+            "arena.picture.x_mm: is 100050; allowed: -100000 to 100000",
+        ),
+        (
+            "picture.x_mm = 20",
+            "arena.picture.x_mm: is given; allowed: only with arena.picture.file",
+        ),
+        (
+            "picture.file = \"floor.png\"\n[worlds.vary]\n\"arena.picture.x_mm\" = [0, 90]",
+            "worlds.vary: has \"arena.picture.x_mm\", which is no number of a world",
+        ),
+    ] {
+        let message = of(keys);
+        assert!(message.contains(words), "{keys}: {message}");
+    }
+    let sampled = refusal(
+        &scratch,
+        "[arena]\nwidth_mm = 400\nheight_mm = 300\npicture.file = \"floor.png\"",
+        &[],
+    );
+    assert!(
+        sampled.contains("arena.picture: is given, but sampled robots do not sense it"),
+        "{sampled}"
+    );
+    let preset = refusal(
+        &scratch,
+        "[arena]\npreset = \"open\"\npicture.file = \"floor.png\"",
+        &[],
+    );
+    assert!(preset.contains("arena: has a preset and other keys"), "{preset}");
 }
 
 /// Genomes that can't begin an evolution are refused with the reason.

@@ -43,6 +43,10 @@ const VALUES: &[(&str, &[&str])] = &[
     ),
     ("evolution.descriptors[].least", &["-500.0", "100.0"]),
     ("arena.floor", &["0.0", "1.0", "0.4"]),
+    (
+        "arena.picture.file",
+        &["'line-follower/track.png'", "'map-maze/map.png'"],
+    ),
     ("arena.wall_height_mm", &["10.0", "200.0"]),
     ("robot.body_height_mm", &["10.0", "300.0"]),
     ("sensor.part", &["'road-sign/sensors.wgsl'"]),

@@ -1,14 +1,15 @@
 //! The world of an experiment's robots.
 
-use oneiro::arena::{Arena, Corners};
+use oneiro::arena::{Arena, Corners, Field};
 use oneiro::compose::{Kind, OwnParts};
 use oneiro::differential::Build;
 use oneiro::parameter::Invalid;
+use oneiro::picture::{GREATEST_CELLS, Picture};
 use oneiro::world::{Controller, Noise, Robot, World, WorldSpec};
 use oneiro_base::exit::{Failure, Result};
 
 use super::inputs::Inputs;
-use super::settings::{FROM_REALITY, Samples, SensorFiles, Settings};
+use super::settings::{FROM_REALITY, PictureFile, Samples, SensorFiles, Settings};
 use super::source::Source;
 
 /// Makes the world; its errors are reported with the place in the experiment.
@@ -36,9 +37,11 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
         return Err(failure);
     }
     let paths: Vec<String> = parts.iter().map(|own| format!("{}:", own.part().path())).collect();
+    let mut arena = arena(settings, own.arena);
+    arena.picture = picture(settings, &arena, source, inputs)?;
     World::new(WorldSpec {
         robot: robot(settings, own.robot, source, inputs)?,
-        arena: arena(settings, own.arena),
+        arena,
         own: parts,
         noise: Noise {
             // A step is meaningless without a range to walk in.
@@ -103,6 +106,44 @@ fn robot(settings: &Settings, mut own: Robot, source: &Source<'_>, inputs: &mut 
         (None, None) => (),
     }
     Ok(own)
+}
+
+/// The picture on the arena's floor.
+fn picture(
+    settings: &Settings,
+    arena: &Arena,
+    source: &Source<'_>,
+    inputs: &mut Inputs<'_>,
+) -> Result<Option<Picture>> {
+    const CELL_MM: f32 = 5.0;
+    let PictureFile {
+        file,
+        x,
+        y,
+        sides,
+        cell,
+    } = &settings.arena.picture;
+    let Some(file) = file else { return Ok(None) };
+    let around = arena.within_walls();
+    let [width, height] = sides.unwrap_or([around.width, around.height]);
+    let field = Field {
+        x: x.unwrap_or(around.x + 0.5 * around.width) - 0.5 * width,
+        y: y.unwrap_or(around.y + 0.5 * around.height) - 0.5 * height,
+        width,
+        height,
+    };
+    let cell = cell.unwrap_or(CELL_MM);
+    let cells = [width, height].map(|side| (side / cell).round().max(1.0));
+    if cells[0] * cells[1] > GREATEST_CELLS as f32 {
+        // Somewhat more, in tenths of a mm, for whatever is rounded.
+        let enough = (10.0 * (width * height / GREATEST_CELLS as f32).sqrt()).ceil() / 10.0 + 0.1;
+        let problem = format!(
+            "is {cell}, which gives {} x {} cells; allowed: up to {GREATEST_CELLS} in all, as with {enough:.1}",
+            cells[0], cells[1]
+        );
+        return Err(source.invalid("arena.picture.cell_mm", problem));
+    }
+    inputs.picture(file, field, cells.map(|count| count as u32)).map(Some)
 }
 
 /// The experiment's key for a field of the world: the same, except for the parts that come from files.

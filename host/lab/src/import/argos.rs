@@ -54,7 +54,7 @@ const REASONS: [(&str, &str); 31] = [
     ("objective", "Oneiro's task is a custom part: docs/extend.md"),
     (
         "floor",
-        "the floor's picture is not in this file; set arena.floor and arena.patches",
+        "the floor's picture is not in this file; set arena.picture, arena.floor and arena.patches",
     ),
     ("box@mass", ""),
     ("cylinder@mass", ""),

@@ -243,8 +243,8 @@ struct Entry {
 pub(super) struct Draft {
     /// The file's path, for errors.
     name: String,
-    /// A sentence on the file's unit of length.
-    unit: &'static str,
+    /// Sentences on the file's unit of length.
+    unit: String,
     entries: Vec<Entry>,
     outline: Option<(Outline, usize, String)>,
     things: Vec<(Thing, Note)>,
@@ -258,10 +258,10 @@ pub(super) struct Draft {
 
 impl Draft {
     /// An empty one for a file's path. `unit` says what a unit of its lengths is.
-    pub(super) fn new(name: &str, unit: &'static str) -> Self {
+    pub(super) fn new(name: &str, unit: impl Into<String>) -> Self {
         Self {
             name: name.to_owned(),
-            unit,
+            unit: unit.into(),
             entries: Vec::new(),
             outline: None,
             things: Vec::new(),
@@ -548,7 +548,7 @@ impl Draft {
             ];
             values(&mut text, &at);
         }
-        for table in ["controller", "noise", "evolution"] {
+        for table in ["start", "controller", "noise", "evolution"] {
             if has(table) {
                 let _ = writeln!(text, "\n[{table}]");
                 entries(&mut text, table);

@@ -15,16 +15,18 @@ mod argos;
 mod draft;
 mod evorobotpy;
 mod kheperax;
+mod map;
 mod maze;
 mod outline;
 mod playground;
 #[cfg(all(test, feature = "compose"))]
 mod tests;
+mod traced;
 mod xml;
 
 /// The formats, as messages list them.
 const FORMATS: &str = "ARGoS (.argos, .xml), Aseba's playgrounds (.playground), mazes of Kheperax (.py), mazes as texts (.txt), \
-                       evorobotpy (.ini)";
+                       evorobotpy (.ini), maps of ROS (.yaml, .yml), maps as pictures (.png, .pgm)";
 
 /// Formats by the extensions of their files; XML has its kind in its first element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +36,8 @@ enum Format {
     Kheperax,
     Maze,
     Evorobotpy,
+    RosMap,
+    Picture,
 }
 
 impl Format {
@@ -45,6 +49,8 @@ impl Format {
             Self::Kheperax => "Kheperax",
             Self::Maze => "a maze as text",
             Self::Evorobotpy => "evorobotpy",
+            Self::RosMap => "a map of ROS",
+            Self::Picture => "a map as picture",
         }
     }
 }
@@ -98,34 +104,84 @@ impl Imported {
     }
 }
 
-/// Makes an experiment for the path `out` from another simulator's file. `maze` chooses one of several mazes in a file.
+/// What only some formats have.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Which of several mazes in a file.
+    pub maze: Option<String>,
+    /// Side of a pixel of a map, mm.
+    pub mm_per_pixel: Option<f64>,
+    /// How far a map's walls may be from where they are in the picture, mm.
+    pub tolerance: Option<f64>,
+    /// The grey from which on a pixel of a map is free, from 0 for black to 1 for white.
+    pub threshold: Option<f64>,
+}
+
+impl Options {
+    /// Refuses those that a format doesn't have.
+    fn check(&self, name: &str, format: Format) -> Result {
+        let is_map = [Format::RosMap, Format::Picture].contains(&format);
+        let (maze, maps) = ("mazes of Kheperax (.py)", "maps as pictures (.png, .pgm)");
+        for (flag, is_given, is_allowed, with) in [
+            ("--maze", self.maze.is_some(), format == Format::Kheperax, maze),
+            (
+                "--mm-per-pixel",
+                self.mm_per_pixel.is_some(),
+                format == Format::Picture,
+                maps,
+            ),
+            ("--threshold", self.threshold.is_some(), format == Format::Picture, maps),
+            (
+                "--tolerance",
+                self.tolerance.is_some(),
+                is_map,
+                "maps (.yaml, .yml, .png, .pgm)",
+            ),
+        ] {
+            if is_given && !is_allowed {
+                let problem = format_args!("{flag}: {name} is {}; allowed: with {with}", format.name());
+                return Err(Failure::input(problem));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Makes an experiment for the path `out` from another simulator's file, or from a map.
 ///
 /// # Errors
 /// Exit 3: the file, the line, what is wrong and what is allowed; exit 6 if reading fails.
-pub fn import(path: &Path, maze: Option<&str>, out: &Path) -> Result<Imported> {
+pub fn import(path: &Path, options: &Options, out: &Path) -> Result<Imported> {
+    let name = path.display().to_string();
+    if extension(path).is_some_and(|extension| ["png", "pgm"].contains(&&*extension)) {
+        options.check(&name, Format::Picture)?;
+        let draft = map::of_picture(path, &name, options)?;
+        return finished(draft, Format::Picture, &name, path, out);
+    }
     let text = files::text(path)?;
-    of_text(path, &text, maze, out)
+    of_text(path, &text, options, out)
 }
 
-fn of_text(path: &Path, text: &str, maze: Option<&str>, out: &Path) -> Result<Imported> {
+/// The extension of a file, in small letters.
+fn extension(path: &Path) -> Option<String> {
+    Some(path.extension()?.to_ascii_lowercase().to_str()?.to_owned())
+}
+
+fn of_text(path: &Path, text: &str, options: &Options, out: &Path) -> Result<Imported> {
     // Editors on Windows begin a file with it.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let is_xml = text.trim_start().starts_with('<');
     let text = &*if is_xml { xml::plain(text) } else { text.into() };
     let name = path.display().to_string();
     let format = format(path, &name, text)?;
-    if maze.is_some() && format != Format::Kheperax {
-        return Err(Failure::input(format_args!(
-            "--maze: {name} is {}, with one arena; allowed: with mazes of Kheperax (.py)",
-            format.name()
-        )));
-    }
+    options.check(&name, format)?;
     let draft = match format {
         Format::Argos => argos::read(&name, text)?,
         Format::Playground => playground::read(&name, text)?,
-        Format::Kheperax => kheperax::read(&name, text, maze)?,
+        Format::Kheperax => kheperax::read(&name, text, options.maze.as_deref())?,
         Format::Maze => maze::read(&name, text)?,
         Format::Evorobotpy => evorobotpy::read(path, &name, text, out)?,
+        Format::RosMap | Format::Picture => map::of_ros(path, &name, text, options)?,
     };
     finished(draft, format, &name, path, out)
 }
@@ -145,11 +201,11 @@ fn format(path: &Path, name: &str, text: &str) -> Result<Format> {
              `oneiro evaluate EXPERIMENT --genomes FILE.txt` reads such texts"
         )));
     }
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    match extension.to_str() {
+    match extension(path).as_deref() {
         Some("py") => Ok(Format::Kheperax),
         Some("txt") => Ok(Format::Maze),
         Some("ini") => Ok(Format::Evorobotpy),
+        Some("yaml" | "yml") => Ok(Format::RosMap),
         Some("argos" | "xml" | "playground") => Err(Failure::input(format_args!(
             "{name}:1: is not XML; allowed: a file that begins with `<`"
         ))),

@@ -81,7 +81,11 @@ const MAZE: &str =
 const INI: &str = "[EXP]\nenvironment = ErDiscrim\n\n[ALGO]\nmaxmsteps = 350\n[POLICY]\nepisodes = 4\nmaxsteps = 300\nnhiddens = 8\nbias = 1\n";
 
 fn converted(name: &str, text: &str, maze: Option<&str>) -> Result<Imported> {
-    of_text(Path::new(name), text, maze, Path::new("imported.toml"))
+    let options = Options {
+        maze: maze.map(str::to_owned),
+        ..Options::default()
+    };
+    of_text(Path::new(name), text, &options, Path::new("imported.toml"))
 }
 
 fn good(name: &str, text: &str) -> Imported {
@@ -428,7 +432,7 @@ fn wrong_files_are_refused_with_their_place() {
     let maze = converted("arena.argos", ARENA, Some("x")).unwrap_err().to_string();
     assert_eq!(
         maze,
-        "--maze: arena.argos is ARGoS, with one arena; allowed: with mazes of Kheperax (.py)"
+        "--maze: arena.argos is ARGoS; allowed: with mazes of Kheperax (.py)"
     );
 }
 
@@ -522,4 +526,307 @@ fn deep_and_wide_files_end_with_a_sentence() {
     let walls = "<wall x=\"5\" y=\"5\" l1=\"1\" l2=\"1\"/>".repeat(20_000);
     let many = format!("<aseba-playground><world w=\"120\" h=\"80\"/>{walls}</aseba-playground>");
     bad("wide.playground", &many);
+}
+
+/// Files of a map of ROS: a room of 12 x 9 pixels of 100 mm with a pillar, and unknown pixels to its right.
+const MAP: &str = "# A room\nimage: 'room.pgm' # drawn\nresolution: 0.1\norigin: [-1.5, 0.25, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+
+fn room() -> Vec<u8> {
+    let rows = [
+        "############",
+        "#.........??",
+        "#.........??",
+        "#...##....??",
+        "#...##....??",
+        "#.........??",
+        "#.........??",
+        "#.........??",
+        "############",
+    ];
+    let grey = |pixel| match pixel {
+        b'.' => 254,
+        b'#' => 0,
+        _ => 205,
+    };
+    [
+        &b"P5\n12 9\n255\n"[..],
+        &rows.concat().bytes().map(grey).collect::<Vec<_>>(),
+    ]
+    .concat()
+}
+
+/// A map in a folder of its own.
+fn mapped(scratch: &Scratch, yaml: &str, options: &Options) -> Result<Imported> {
+    scratch.write("room.pgm", room());
+    import(&scratch.write("map.yaml", yaml), options, Path::new("imported.toml"))
+}
+
+/// Walls of an experiment, as pairs of places in mm.
+fn walls(text: &str) -> Vec<[[f64; 2]; 2]> {
+    let values: toml::Table = text.parse().unwrap();
+    let place = |wall: &toml::Value, key: &str| [0, 1].map(|axis| wall[key][axis].as_float().unwrap());
+    let walls = values["arena"]["walls"].as_array().unwrap().iter();
+    walls
+        .map(|wall| ["from_mm", "to_mm"].map(|key| place(wall, key)))
+        .collect()
+}
+
+#[test]
+fn a_map_of_ros_becomes_walls() {
+    let scratch = Scratch::new("map");
+    let made = mapped(&scratch, MAP, &Options::default()).unwrap();
+    has(
+        &made.text,
+        &[
+            "A pixel is 100.0 mm wide. Walls are within 100.0 mm of the edges of free pixels.",
+            "occupied by less than 0.196, and unknown from there to 0.65; unknown ones count as occupied.",
+            "The place (0, 0) here is (-1500.0, 250.0) mm in the map's frame",
+            "map.yaml:2: 12 x 9 pixels: 59 free, 35 occupied, 14 unknown\nwidth_mm = 1200.0\nheight_mm = 900.0\n",
+            "map.yaml:2: a wall of outline 1, which begins at pixel 2 of row 8\n[[arena.walls]]\n",
+            "kind = \"zone\"",
+        ],
+    );
+    let mut sides = walls(&made.text);
+    sides.truncate(4);
+    assert_eq!(
+        sides,
+        [
+            [[100.0, 100.0], [1000.0, 100.0]],
+            [[1000.0, 100.0], [1000.0, 800.0]],
+            [[1000.0, 800.0], [100.0, 800.0]],
+            [[100.0, 800.0], [100.0, 100.0]],
+        ]
+    );
+    // With no tolerance there is a wall for each side of the pillar.
+    let exact = Options {
+        tolerance: Some(0.0),
+        ..Options::default()
+    };
+    assert_eq!(walls(&mapped(&scratch, MAP, &exact).unwrap().text).len(), 8);
+    // As PyYAML writes it, in another order, with an angle, and with more.
+    let other = "free_thresh: 0.196\nimage: room.pgm\nmode: trinary\nnegate: 0\noccupied_thresh: 0.65\norigin:\n- -1.5\n- 0.25\n- 0.5\n\
+                 resolution: 0.1\nauthor: nobody\n";
+    let turned = mapped(&scratch, other, &Options::default()).unwrap();
+    assert_eq!(walls(&turned.text), walls(&made.text));
+    has(
+        &turned.not_taken(),
+        &[
+            "map.yaml:6: the angle of the origin: not taken: the map is not turned by 0.5 rad: walls are as in the picture\n",
+            "map.yaml:11: `author`: not taken: it is no key of a map that this reads\n",
+        ],
+    );
+    // What was free is now occupied, and what was occupied is free.
+    let negated = mapped(&scratch, &MAP.replace("negate: 0", "negate: 1"), &Options::default()).unwrap();
+    has(&negated.text, &["12 x 9 pixels: 35 free, 73 occupied, 0 unknown"]);
+}
+
+#[test]
+fn a_picture_becomes_walls() {
+    let scratch = Scratch::new("picture-map");
+    let path = scratch.write("room.pgm", room());
+    let options = Options {
+        mm_per_pixel: Some(50.0),
+        threshold: Some(0.9),
+        ..Options::default()
+    };
+    let of = |options: &Options| import(&path, options, Path::new("imported.toml"));
+    let made = of(&options).unwrap();
+    has(
+        &made.text,
+        &[
+            "(a map as picture)",
+            "Pixels are free from a grey of 0.9 on",
+            "room.pgm:8: a wall of outline 1",
+            "width_mm = 600.0\nheight_mm = 450.0\n",
+        ],
+    );
+    assert_eq!(walls(&made.text)[0], [[50.0, 50.0], [500.0, 50.0]]);
+    // Half-white pixels are free too.
+    let more = of(&Options {
+        threshold: None,
+        ..options.clone()
+    })
+    .unwrap();
+    assert_eq!(walls(&more.text)[0], [[50.0, 50.0], [600.0, 50.0]]);
+    for (options, words) in [
+        (
+            Options {
+                mm_per_pixel: None,
+                ..options.clone()
+            },
+            "lacks the size of its pixels; allowed: with --mm-per-pixel MM",
+        ),
+        (
+            Options {
+                mm_per_pixel: Some(0.0),
+                ..options.clone()
+            },
+            "--mm-per-pixel: is 0; allowed: 0.01 to 10000 mm",
+        ),
+        (
+            Options {
+                mm_per_pixel: Some(f64::NAN),
+                ..options.clone()
+            },
+            "--mm-per-pixel: is NaN; allowed",
+        ),
+        (
+            Options {
+                threshold: Some(1.5),
+                ..options.clone()
+            },
+            "--threshold: is 1.5; allowed: 0 to 1",
+        ),
+        (
+            Options {
+                tolerance: Some(-1.0),
+                ..options.clone()
+            },
+            "--tolerance: is -1; allowed: 0 to 10000 mm",
+        ),
+        (
+            Options {
+                maze: Some("x".into()),
+                ..options.clone()
+            },
+            "--maze: ",
+        ),
+        (
+            Options {
+                threshold: Some(1.0),
+                ..options.clone()
+            },
+            "has no free pixel: 12 x 9 pixels: 0 free, 108 occupied, 0 unknown",
+        ),
+    ] {
+        let failure = of(&options).unwrap_err();
+        assert!(failure.code() == 3 && failure.to_string().contains(words), "{failure}");
+    }
+}
+
+#[test]
+fn wrong_maps_are_refused() {
+    let scratch = Scratch::new("wrong-maps");
+    for (from, to, words) in [
+        ("'room.pgm'", "'none.pgm'", "map.yaml:2: image: "),
+        (
+            "'room.pgm' # drawn",
+            "",
+            "map.yaml:7: lacks `image`; allowed: a map's file has image and resolution",
+        ),
+        ("image", "picture", "map.yaml:7: lacks `image`"),
+        ("0.1\n", "0\n", "map.yaml:3: resolution: is 0; allowed: 0.00001 to 10"),
+        ("0.1\n", "wide\n", "map.yaml:3: resolution: is wide; allowed: "),
+        (
+            "0.25, 0.0]",
+            "0.25]",
+            "map.yaml:4: origin: is -1.5  0.25; allowed: three numbers",
+        ),
+        ("negate: 0", "negate: 2", "map.yaml:5: negate: is 2; allowed: 0 and 1"),
+        (
+            "negate: 0",
+            "mode: raw",
+            "map.yaml:5: mode: is raw; allowed: trinary and scale",
+        ),
+        (
+            "negate: 0",
+            "image: a.png",
+            "map.yaml:5: image: is given at line 2 too; allowed: once",
+        ),
+        (
+            "negate: 0",
+            "? negate",
+            "map.yaml:5: is no line of a map's file; allowed: a key, `:` and its value",
+        ),
+        ("0.65", "1.5", "map.yaml:6: occupied_thresh: is 1.5; allowed: 0 to 1"),
+    ] {
+        assert!(MAP.contains(from));
+        let failure = mapped(&scratch, &MAP.replace(from, to), &Options::default()).unwrap_err();
+        assert!(failure.code() == 3 && failure.to_string().contains(words), "{failure}");
+    }
+    let wide = Options {
+        mm_per_pixel: Some(1.0),
+        ..Options::default()
+    };
+    let failure = mapped(&scratch, MAP, &wide).unwrap_err().to_string();
+    assert!(
+        failure.ends_with("map.yaml is a map of ROS; allowed: with maps as pictures (.png, .pgm)"),
+        "{failure}"
+    );
+}
+
+/// An error that names a tolerance names one that is enough.
+#[test]
+fn too_many_walls_are_refused() {
+    let scratch = Scratch::new("many-walls");
+    let mut state = 7_u32;
+    let mut grey = |at: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        // A room with rough walls all over, in one piece.
+        let (x, y) = (at % 200, at / 200);
+        let is_rough = x % 4 == 1 && y % 50 > 2 && state >> 29 > 1;
+        if x == 0 || is_rough && y % 50 < 47 { 0 } else { 255 }
+    };
+    let pixels: Vec<u8> = (0..200 * 200).map(&mut grey).collect();
+    let path = scratch.write("rough.pgm", [&b"P5 200 200 255 "[..], &pixels].concat());
+    let of = |tolerance| {
+        let options = Options {
+            mm_per_pixel: Some(20.0),
+            tolerance: Some(tolerance),
+            ..Options::default()
+        };
+        import(&path, &options, Path::new("imported.toml"))
+    };
+    let failure = of(0.0).unwrap_err().to_string();
+    let words = "has more than 4096 walls at a tolerance of 0 mm; allowed: --tolerance of ";
+    assert!(failure.contains(words), "{failure}");
+    let enough = failure.split(words).nth(1).unwrap().split_whitespace().next().unwrap();
+    let made = of(enough.parse().unwrap()).unwrap();
+    assert!(walls(&made.text).len() <= 4096);
+}
+
+/// Whatever is changed in a map's files, there is an experiment or a refusal.
+#[test]
+fn broken_maps_end_with_a_sentence() {
+    let scratch = Scratch::new("broken-maps");
+    let odd = [
+        "NaN",
+        "1e400",
+        "-1",
+        "[",
+        "]",
+        "'",
+        "\"",
+        "#",
+        ":",
+        "- ",
+        "\n",
+        "99999999999999999999",
+        "..",
+        "/",
+    ];
+    for seed in 0..300 {
+        if let Err(failure) = mapped(&scratch, &mutant(MAP, &odd, seed), &Options::default()) {
+            assert_eq!(failure.code(), 3, "{failure}");
+        }
+    }
+    for end in 0..MAP.len() {
+        if let Err(failure) = mapped(&scratch, &MAP[..end], &Options::default()) {
+            assert_eq!(failure.code(), 3, "{failure}");
+        }
+    }
+}
+
+/// The walls of `map-maze` are those of its map.
+#[test]
+fn the_maze_that_ships_has_the_walls_of_its_map() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
+    let made = import(
+        &folder.join("map-maze/map.yaml"),
+        &Options::default(),
+        Path::new("imported.toml"),
+    )
+    .unwrap();
+    let ships = std::fs::read_to_string(folder.join("map-maze.toml")).unwrap();
+    assert_eq!(walls(&made.text), walls(&ships));
 }

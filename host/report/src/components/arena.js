@@ -1,12 +1,16 @@
 // The arena's canvas: places in mm, y up, and what stands in the arena.
 import { FONT, Theme, faded } from './colours.js';
 import { element } from './dom.js';
+import { bytes } from './facts.js';
 import { SvgPen } from './svg-pen.js';
 
 /**
  * What drawing a frame put where, for tests.
  * @typedef {{ name: number | string, x: number, y: number, heading: number }} Put
  */
+
+/** @param {number} grey of the floor, from 0 to 1: black is a dark grey, so that paths are visible */
+const shade = (grey) => Math.floor(70 + 185 * grey);
 
 /** The least height that the arena gets, in pixels. */
 const LEAST = 200;
@@ -24,6 +28,8 @@ export class Arena {
     this.put = { robots: [], sides: [] };
     /** Colours of what is drawn on the floor. */
     this.marks = theme.colours;
+    /** @type {Map<string, HTMLCanvasElement>} pictures on floors, by their cells */
+    this.pictures = new Map();
   }
 
   get colours() {
@@ -219,18 +225,44 @@ export class Arena {
   }
 
   /**
+   * A picture on the floor.
+   * @param {import('./facts.js').PictureFacts} picture
+   */
+  picture({ left, bottom, width, height, columns, rows, greys }) {
+    const name = `${columns} ${greys}`;
+    let cells = this.pictures.get(name);
+    if (!cells) {
+      cells = document.createElement('canvas');
+      [cells.width, cells.height] = [columns, rows];
+      const pen = /** @type {CanvasRenderingContext2D} */ (cells.getContext('2d'));
+      const pixels = pen.createImageData(columns, rows);
+      new Uint8Array(bytes(greys)).forEach((grey, at) => {
+        // Rows of pixels go downwards.
+        const pixel = 4 * ((rows - 1 - Math.floor(at / columns)) * columns + (at % columns));
+        pixels.data.set([shade(grey / 255), shade(grey / 255), shade(grey / 255), 255], pixel);
+      });
+      pen.putImageData(pixels, 0, 0);
+      this.pictures.set(name, cells);
+    }
+    const { scale } = this.view;
+    this.pen.imageSmoothingEnabled = false;
+    this.pen.drawImage(cells, ...this.place(left, bottom + height), width * scale, height * scale);
+  }
+
+  /**
    * Floor, walls, objects and lamps.
    * @param {import('./facts.js').ArenaFacts} facts
    */
-  ground({ ground, open, floor, patches, objects, walls, lamps }) {
+  ground({ ground, open, floor, picture, patches, objects, walls, lamps }) {
     const { pen, colours } = this;
     /** @param {number} share */
-    const grey = (share) => `rgb(${Array(3).fill(Math.floor(70 + 185 * share)).join(' ')})`;
+    const grey = (share) => `rgb(${Array(3).fill(shade(share)).join(' ')})`;
     if (floor !== null) this.marks = this.theme.paper;
     pen.save();
     this.outline(ground);
     this.fill(floor === null ? colours.floor : grey(floor));
     pen.clip();
+    if (picture) this.picture(picture);
     for (const patch of patches) {
       this.outline(patch);
       this.fill(grey(patch.grey || 0));

@@ -21,10 +21,23 @@ import { element } from './dom.js';
 /** @typedef {{ left: number, right: number, bottom: number, top: number }} Bounds in mm */
 
 /**
+ * A picture of the floor: its place in mm, and a byte for each cell, row after row from the lower left one, 255 for white.
+ * @typedef {object} PictureFacts
+ * @property {number} left
+ * @property {number} bottom
+ * @property {number} width
+ * @property {number} height
+ * @property {number} columns
+ * @property {number} rows
+ * @property {string} greys
+ */
+
+/**
  * @typedef {object} ArenaFacts
  * @property {Shape} ground
  * @property {boolean} open whether there are no walls
  * @property {number | null} floor its grey, from 0 to 1; null: the page's colour
+ * @property {PictureFacts | null} picture what lies on it
  * @property {Shape[]} patches
  * @property {Shape[]} objects
  * @property {[Place, Place][]} walls

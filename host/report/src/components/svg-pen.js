@@ -120,6 +120,14 @@ export class SvgPen {
     this.fill();
   }
 
+  /** @param {HTMLCanvasElement} picture @param {number} x @param {number} y @param {number} width @param {number} height */
+  drawImage(picture, x, y, width, height) {
+    const [left, top] = this.at(x, y).split(' ');
+    const place = `x="${left}" y="${top}" width="${short(width)}" height="${short(height)}"`;
+    const how = 'preserveAspectRatio="none" style="image-rendering: pixelated"';
+    this.elements.push(`<g${this.region}><image ${place} ${how} href="${picture.toDataURL()}"/></g>`);
+  }
+
   /** @param {number[]} dash */
   setLineDash(dash) {
     this.dash = dash;

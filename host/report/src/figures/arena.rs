@@ -1,12 +1,15 @@
 //! An arena drawn to scale, and an episode's path in it.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use glam::DVec2;
 use oneiro::arena::{Arena, Field};
 use oneiro::batch::Record;
 use oneiro::differential::{BUMPER_WIDTH, Mark, Sensor};
 use oneiro::parameter::Choice;
+use oneiro::picture::Picture;
 use oneiro::world::Start;
 
 use super::svg::{Anchor, BOLD, INK, SOFT, SOFT_INK, Svg, joined, number, ramp, tick_step};
@@ -18,6 +21,8 @@ const SIDE: f64 = 880.0;
 const MARGIN: f64 = 28.0;
 const HEAD: f64 = 28.0;
 const FOOT: f64 = 34.0;
+/// Most cells of a floor's picture along a side, as it is drawn.
+pub(super) const DRAWN_CELLS: u32 = 200;
 /// Colours of a path from its start to its end.
 const TIME: [[u8; 3]; 4] = [
     [0x2b, 0x3a, 0x8f],
@@ -261,19 +266,19 @@ impl Sheet {
     pub(super) fn ground(&self, svg: &mut Svg, arena: &Arena, wall_width: f64) {
         let ground = arena.ground().into_iter();
         let ground = joined(ground.map(|corner| self.place(corner.map(f64::from).into())));
-        // Black is a dark grey, so that paths are visible.
-        let grey = |share: f32| {
-            let grey = (70.0 + 185.0 * share) as u8;
-            format!("fill=\"rgb({grey} {grey} {grey})\"")
-        };
+        let grey = |share: f32| filled(drawn(share));
         let floor = arena.floor.map_or_else(|| "fill=\"#f5f3ee\"".into(), grey);
         svg.raw(&format!("<polygon points=\"{ground}\" {floor}/>"));
         // Beyond the walls there is no floor. A page may have many pictures: equal names are equal shapes.
         let clip = format!("ground-{}", &blake3::hash(ground.as_bytes()).to_hex()[..8]);
-        if !arena.patches.is_empty() {
+        let has_greys = !arena.patches.is_empty() || arena.picture.is_some();
+        if has_greys {
             svg.raw(&format!(
                 "<clipPath id=\"{clip}\"><polygon points=\"{ground}\"/></clipPath>\n<g clip-path=\"url(#{clip})\">"
             ));
+        }
+        if let Some(picture) = &arena.picture {
+            self.picture(svg, picture);
         }
         for patch in &arena.patches {
             let style = grey(patch.grey);
@@ -283,7 +288,7 @@ impl Sheet {
                 None => svg.circle(at, f64::from(patch.radius.unwrap_or(0.0)) * self.scale, &style, ""),
             }
         }
-        if !arena.patches.is_empty() {
+        if has_greys {
             svg.raw("</g>");
         }
         for light in &arena.lights {
@@ -322,6 +327,37 @@ impl Sheet {
                 ),
             );
         }
+    }
+
+    /// Draws the picture on a floor: a path for each grey, of rectangles along rows of cells. Lengths in it are in cells.
+    fn picture(&self, svg: &mut Svg, picture: &Picture) {
+        let field = picture.field();
+        let (x, y) = self.place((f64::from(field.x), f64::from(field.y)));
+        let picture = picture.coarser(DRAWN_CELLS);
+        let mut paths: BTreeMap<u8, String> = BTreeMap::new();
+        for (row, greys) in picture.greys().chunks(picture.columns() as usize).enumerate() {
+            let shades: Vec<u8> = greys.iter().map(|grey| drawn(f32::from(*grey) / 255.0)).collect();
+            let mut column = 0;
+            for run in shades.chunk_by(|one, next| one == next) {
+                let _ = write!(
+                    paths.entry(run[0]).or_default(),
+                    "M{column} {row}h{0}v1h-{0}z",
+                    run.len()
+                );
+                column += run.len();
+            }
+        }
+        svg.raw(&format!(
+            "<g transform=\"translate({} {}) scale({:.6} {:.6})\" shape-rendering=\"crispEdges\">",
+            number(x),
+            number(y),
+            f64::from(field.width) * self.scale / f64::from(picture.columns()),
+            -f64::from(field.height) * self.scale / f64::from(picture.rows()),
+        ));
+        for (shade, path) in paths {
+            svg.raw(&format!("<path d=\"{path}\" {}/>", filled(shade)));
+        }
+        svg.raw("</g>");
     }
 
     /// Draws a robot from above: body, wheels, and a line to its front. Heading in turns, counter-clockwise.
@@ -456,6 +492,16 @@ impl Sheet {
             svg.words((left + 10.0, line + 2.0), 12.0, Anchor::Start, SOFT, &words);
         }
     }
+}
+
+/// The shade of a grey of the floor from 0 to 1: black is a dark grey, so that paths are visible.
+fn drawn(grey: f32) -> u8 {
+    (70.0 + 185.0 * grey) as u8
+}
+
+/// Fills with a shade.
+fn filled(shade: u8) -> String {
+    format!("fill=\"rgb({shade} {shade} {shade})\"")
 }
 
 /// Mark of a collision.

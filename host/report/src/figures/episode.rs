@@ -11,6 +11,7 @@ use oneiro::automode::Form;
 use oneiro::batch::Trace;
 use oneiro::compose::{Detail, DetailKind, Kind, Scalar};
 use oneiro::differential::{BUMPER_WIDTH, Mark, Sensor};
+use oneiro::picture::Picture;
 use oneiro::surrogate::BEARINGS;
 use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::World;
@@ -18,7 +19,8 @@ use oneiro_base::console::counted;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::player::{self, Player, packed, turns};
+use super::arena::DRAWN_CELLS;
+use super::player::{self, Player, base64, packed, turns};
 use super::svg::{number, ramp};
 
 /// The panel next to the arena.
@@ -593,10 +595,23 @@ pub(super) fn arena(arena: &Arena) -> Value {
         .obstacles
         .iter()
         .map(|obstacle| round(obstacle.x, obstacle.y, obstacle.radius));
+    let picture = |picture: &Picture| {
+        let (field, cells) = (picture.field(), picture.coarser(DRAWN_CELLS));
+        json!({
+            "left": field.x,
+            "bottom": field.y,
+            "width": field.width,
+            "height": field.height,
+            "columns": cells.columns(),
+            "rows": cells.rows(),
+            "greys": base64(cells.greys()),
+        })
+    };
     json!({
         "ground": { "corners": arena.ground() },
         "open": arena.walls.is_empty(),
         "floor": arena.floor,
+        "picture": arena.picture.as_ref().map(picture),
         "patches": arena.patches.iter().map(patch).collect::<Vec<_>>(),
         "objects": obstacles.chain(arena.blocks.iter().map(block)).collect::<Vec<_>>(),
         "walls": arena.walls.iter().map(|wall| [wall.from, wall.to]).collect::<Vec<_>>(),

@@ -76,8 +76,12 @@ pub fn turns(heading: f32) -> u16 {
 
 /// Encodes little-endian integers as Base64.
 pub fn packed(words: impl Iterator<Item = u16>) -> String {
+    base64(&words.flat_map(u16::to_le_bytes).collect::<Vec<_>>())
+}
+
+/// Encodes bytes as Base64.
+pub(super) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let bytes: Vec<u8> = words.flat_map(u16::to_le_bytes).collect();
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {
         let at = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));

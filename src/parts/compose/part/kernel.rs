@@ -67,6 +67,12 @@ const NEAR: &str = "lib/near.wgsl";
 /// The part of pucks.
 const PUCKS: &str = "lib/pucks.wgsl";
 
+/// The parts of floors with a picture: what all have, the readings of a parametric robot, and the floor that custom parts of a single
+/// robot ask for.
+const PICTURE: &str = "lib/picture.wgsl";
+const PICTURE_READ: &str = "sensor/picture.wgsl";
+const PICTURE_GIVEN: &str = "lib/pictured.wgsl";
+
 /// Whether an episode has that noise. Reality that is reported has none of the simulator's.
 fn is_varied(owner: &Owner) -> bool {
     owner.episodes == EpisodeKind::Simulated && owner.is_varied
@@ -280,6 +286,9 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     if owner.looks_by_grid {
         name += "+near";
     }
+    if owner.has_picture {
+        name += "+picture";
+    }
     for each in parts.iter() {
         let stem = Path::new(&each.part.path)
             .file_stem()
@@ -486,6 +495,16 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     }
     if together.is_some_and(|together| together.pucks > 0) {
         parts = with(parts, shipped(PUCKS));
+    }
+    if owner.has_picture {
+        parts = with(parts, shipped(PICTURE));
+        if let Make::Described(_) = owner.make {
+            parts = with(parts, shipped(PICTURE_READ));
+        }
+        // A swarm's parts ask for what its robots read.
+        if together.is_none() {
+            parts = with(parts, shipped(PICTURE_GIVEN));
+        }
     }
     if custom.iter().any(|each| !each.part.is_of_oneiro) {
         for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {

@@ -49,6 +49,7 @@ const WRITTEN: &[(&str, &str)] = &[
     ("sampled from reality", FROM_REALITY),
     ("preset", PRESET),
     ("parametric", PARAMETRIC),
+    ("picture", PICTURE),
     ("sampled wheels", SAMPLED_WHEELS),
     ("parametric surrogate", PARAMETRIC_SURROGATE),
     ("polygon", POLYGON),
@@ -526,6 +527,32 @@ generations = 2
 finalists = 0
 initial = [-3, 3]
 initial_shares = []
+";
+
+const PICTURE: &str = "
+cycles = 60
+[robot]
+kind = 'differential'
+body_radius_mm = 20
+wheel_base_mm = 30
+greatest_speed_mm_s = 250
+collision = 'slide'
+sensors = [
+    { name = 'a', kind = 'ground', heading_turns = 0.1, offset_mm = 15 },
+    { name = 'b', kind = 'ground', heading_turns = -0.1, offset_mm = 15 },
+    { name = 'c', kind = 'proximity', range_mm = 60 },
+]
+[arena]
+width_mm = 300
+height_mm = 260
+floor = 0.6
+picture = { file = 'line-follower/track.png', x_mm = 140, y_mm = 120, sides_mm = [220, 190], cell_mm = 7 }
+[evolution]
+population = 6
+parents = 2
+generations = 2
+finalists = 0
+initial = [-3, 3]
 ";
 
 const SAMPLED_WHEELS: &str = "

@@ -378,8 +378,12 @@ fn arena(spec: &WorldSpec) -> String {
         );
     }
     let arena = &spec.arena;
+    let picture = arena.picture.as_ref().map(|picture| {
+        let cells = [picture.columns(), picture.rows()];
+        format!(", a floor picture of {} x {} cells", cells[0], cells[1])
+    });
     format!(
-        "{}, {} x {} mm, {}, {}, {}{}{}",
+        "{}, {} x {} mm, {}, {}, {}{}{}{}",
         arena.name,
         arena.field.width,
         arena.field.height,
@@ -387,6 +391,7 @@ fn arena(spec: &WorldSpec) -> String {
         counted(arena.obstacles.len(), "round obstacle", "round obstacles"),
         counted(arena.blocks.len(), "block", "blocks"),
         counted_if_any(arena.lights.len(), "light", "lights"),
+        picture.unwrap_or_default(),
         counted_if_any(arena.patches.len(), "floor patch", "floor patches"),
     )
 }

@@ -1,0 +1,13 @@
+// The floor that custom parts of a single robot ask for, where it has a picture. It replaces the function of lib/given.wgsl.
+
+// The grey of the floor at a place, from 0 for black to 1 for white: that of the last patch there, or else of the picture.
+fn floor_at(episode: Episode, place: vec2<f32>) -> f32 {
+    let floor = given_numbers(episode, 0u);
+    let head = worlds[episode.world].own_values + GIVEN_CELL + u32(floor.z);
+    var grey = picture_grey(head, place, floor.y);
+    for (var patch_number = 0u; patch_number < arena_patches(episode); patch_number++) {
+        let patch_grey = arena_patch(episode, patch_number).grey;
+        grey = select(grey, patch_grey, on_patch(episode, patch_number, place));
+    }
+    return grey;
+}
