@@ -107,7 +107,7 @@ fn told(mut spec: WorldSpec) -> World {
         fn {score}, sum: f32) -> f32 {{
             var all = floor_at(episode, vec2(300.0, 200.0)) + 10.0 * floor_at(episode, vec2(20.0, 20.0));
             for (var place = 0u; place < 64u; place++) {{
-                all += f32(place) * floor_at(episode, vec2(95.0 + 6.4 * f32(place), 380.0 - 4.9 * f32(place)));
+                all += f32(place) * floor_at(episode, vec2(97.52 + 6.08 * f32(place), 381.02 - 4.76 * f32(place)));
             }}
             return all;
         }}"
@@ -237,7 +237,7 @@ fn parts_are_told_the_greys_of_the_picture() {
     let mut sum = 0.7 + 10.0 * 0.3_f32;
     for place in 0..64_u8 {
         let place = f32::from(place);
-        let at = [95.0 + 6.4 * place, 380.0 - 4.9 * place].map(f64::from);
+        let at = [97.52 + 6.08 * place, 381.02 - 4.76 * place].map(f64::from);
         sum += place * expected(at).expect("no place is near an edge");
     }
     for (name, world) in told_worlds() {

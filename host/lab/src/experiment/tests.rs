@@ -1042,7 +1042,10 @@ fn pictures_that_can_not_lie_on_the_floor_are_refused() {
     scratch.write("text.png", "no picture");
     let of = |keys: &str| refusal(&scratch, &format!("{ON_FLOOR}{keys}"), &[]);
     for (keys, words) in [
-        ("picture.file = \"none.png\"", "test.toml:9:16: arena.picture.file: "),
+        (
+            "picture.file = \"none.png\"",
+            "test.toml:10:16: arena.picture.file: none.png: ",
+        ),
         (
             "picture.file = \"text.png\"",
             "text.png is no picture that can be read; allowed: PNG, and PGM",
