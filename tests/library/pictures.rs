@@ -14,7 +14,7 @@ use oneiro::parameter::Datum;
 use oneiro::picture::Picture;
 use oneiro::random::Key;
 use oneiro::surrogate::{Difference, Differences, Surrogate};
-use oneiro::world::{ByKey, Robot, Task, Varied, World, WorldSpec};
+use oneiro::world::{ByKey, Collision, Robot, Task, Varied, World, WorldSpec};
 
 use crate::composed::Subject;
 use crate::described::{sensor, spec, subject, traces};
@@ -62,6 +62,14 @@ fn pictured(change: impl FnOnce(&mut WorldSpec, &mut Differential)) -> WorldSpec
             ..Patch::default()
         }];
         change(spec, robot);
+    })
+}
+
+/// Several of them.
+fn swarm(count: u32) -> WorldSpec {
+    pictured(|spec, robot| {
+        spec.robot.collision = Collision::Undo;
+        robot.count = Some(count);
     })
 }
 
@@ -136,7 +144,7 @@ fn sampled() -> WorldSpec {
 fn told_worlds() -> [(&'static str, World); 3] {
     [
         ("told", told(pictured(|_, _| ()))),
-        ("told to a swarm", told(pictured(|_, robot| robot.count = Some(2)))),
+        ("told to a swarm", told(swarm(2))),
         ("told to a Khepera", told(sampled())),
     ]
 }
@@ -169,7 +177,7 @@ pub(crate) fn subjects() -> Vec<Subject> {
     };
     let described = [
         ("alone", pictured(|_, _| ())),
-        ("four robots", pictured(|_, robot| robot.count = Some(4))),
+        ("four robots", swarm(4)),
         ("drawn worlds", drawn),
         ("a surrogate", surrogate),
     ];

@@ -1057,7 +1057,7 @@ fn pictures_that_can_not_lie_on_the_floor_are_refused() {
         ),
         (
             "picture.file = \"floor.png\"\npicture.cell_mm = 0.05",
-            "arena.picture.cell_mm: is 0.05; allowed: 0.1 to 10000 mm",
+            "arena.picture.cell_mm: is 0.05; allowed: 0.1 to 10000",
         ),
         (
             "picture.file = \"floor.png\"\npicture.x_mm = 99_900\npicture.sides_mm = [300, 9]",
