@@ -14,7 +14,7 @@ use oneiro::parameter::Datum;
 use oneiro::picture::Picture;
 use oneiro::random::Key;
 use oneiro::surrogate::{Difference, Differences, Surrogate};
-use oneiro::world::{ByKey, Robot, Task, Varied, World, WorldSpec};
+use oneiro::world::{ByKey, Collision, Robot, Task, Varied, World, WorldSpec};
 
 use crate::composed::Subject;
 use crate::described::{sensor, spec, subject, traces};
@@ -65,6 +65,14 @@ fn pictured(change: impl FnOnce(&mut WorldSpec, &mut Differential)) -> WorldSpec
     })
 }
 
+/// Several of them.
+fn swarm(count: u32) -> WorldSpec {
+    pictured(|spec, robot| {
+        spec.robot.collision = Collision::Undo;
+        robot.count = Some(count);
+    })
+}
+
 /// The reading at a place without what surrogates add; `None` so near to an edge that rounding matters.
 fn expected([x, y]: [f64; 2]) -> Option<f32> {
     let near = |distance: f64| distance.abs() < 0.01;
@@ -107,7 +115,7 @@ fn told(mut spec: WorldSpec) -> World {
         fn {score}, sum: f32) -> f32 {{
             var all = floor_at(episode, vec2(300.0, 200.0)) + 10.0 * floor_at(episode, vec2(20.0, 20.0));
             for (var place = 0u; place < 64u; place++) {{
-                all += f32(place) * floor_at(episode, vec2(95.0 + 6.4 * f32(place), 380.0 - 4.9 * f32(place)));
+                all += f32(place) * floor_at(episode, vec2(97.52 + 6.08 * f32(place), 381.02 - 4.76 * f32(place)));
             }}
             return all;
         }}"
@@ -136,7 +144,7 @@ fn sampled() -> WorldSpec {
 fn told_worlds() -> [(&'static str, World); 3] {
     [
         ("told", told(pictured(|_, _| ()))),
-        ("told to a swarm", told(pictured(|_, robot| robot.count = Some(2)))),
+        ("told to a swarm", told(swarm(2))),
         ("told to a Khepera", told(sampled())),
     ]
 }
@@ -169,7 +177,7 @@ pub(crate) fn subjects() -> Vec<Subject> {
     };
     let described = [
         ("alone", pictured(|_, _| ())),
-        ("four robots", pictured(|_, robot| robot.count = Some(4))),
+        ("four robots", swarm(4)),
         ("drawn worlds", drawn),
         ("a surrogate", surrogate),
     ];
@@ -237,7 +245,7 @@ fn parts_are_told_the_greys_of_the_picture() {
     let mut sum = 0.7 + 10.0 * 0.3_f32;
     for place in 0..64_u8 {
         let place = f32::from(place);
-        let at = [95.0 + 6.4 * place, 380.0 - 4.9 * place].map(f64::from);
+        let at = [97.52 + 6.08 * place, 381.02 - 4.76 * place].map(f64::from);
         sum += place * expected(at).expect("no place is near an edge");
     }
     for (name, world) in told_worlds() {

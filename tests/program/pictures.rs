@@ -34,7 +34,10 @@ fn runs_keep_the_picture_of_their_floor() {
     let checked = place.good(&["check", "line-follower.toml", "--out", "line.svg"]);
     assert!(checked.contains("a floor picture of 300 x 200 cells"), "{checked}");
     let drawn = place.text("line.svg");
-    assert!(drawn.contains("shape-rendering=\"crispEdges\"><path d=\"M"), "{drawn}");
+    assert!(
+        drawn.contains("shape-rendering=\"crispEdges\">\n<path d=\"M"),
+        "{drawn}"
+    );
 
     place.good(
         &[

@@ -1042,7 +1042,10 @@ fn pictures_that_can_not_lie_on_the_floor_are_refused() {
     scratch.write("text.png", "no picture");
     let of = |keys: &str| refusal(&scratch, &format!("{ON_FLOOR}{keys}"), &[]);
     for (keys, words) in [
-        ("picture.file = \"none.png\"", "test.toml:9:16: arena.picture.file: "),
+        (
+            "picture.file = \"none.png\"",
+            "test.toml:10:16: arena.picture.file: none.png: ",
+        ),
         (
             "picture.file = \"text.png\"",
             "text.png is no picture that can be read; allowed: PNG, and PGM",
@@ -1054,7 +1057,7 @@ fn pictures_that_can_not_lie_on_the_floor_are_refused() {
         ),
         (
             "picture.file = \"floor.png\"\npicture.cell_mm = 0.05",
-            "arena.picture.cell_mm: is 0.05; allowed: 0.1 to 10000 mm",
+            "arena.picture.cell_mm: is 0.05; allowed: 0.1 to 10000",
         ),
         (
             "picture.file = \"floor.png\"\npicture.x_mm = 99_900\npicture.sides_mm = [300, 9]",

@@ -301,7 +301,7 @@ fn an_ini_of_evorobotpy_becomes_an_experiment() {
         let path = place.path().join(format!("{class}.sample"));
         table.write(&path).unwrap();
     }
-    let made = import(&ini, None, &place.path().join("made.toml")).unwrap();
+    let made = import(&ini, &Options::default(), &place.path().join("made.toml")).unwrap();
     has(
         &made.text,
         &[

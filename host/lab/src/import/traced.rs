@@ -358,7 +358,8 @@ mod tests {
             .outlines()
             .unwrap();
         assert_eq!(outlines[0].len(), 42);
-        assert_eq!(walls(&outlines, 1.0, 10).unwrap().len(), 4);
+        // A triangle.
+        assert_eq!(walls(&outlines, 1.0, 10).unwrap().len(), 3);
         assert_eq!(walls(&outlines, 0.0, 100).unwrap().len(), 42);
     }
 
