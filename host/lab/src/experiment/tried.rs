@@ -12,7 +12,7 @@ const VALUES: &[(&str, &[&str])] = &[
         "robot.starts_mm",
         &["[[70, 60], [150, 60], [60, 150]]", "[[80, 100], [200, 100]]"],
     ),
-    ("pucks.places_mm", &["[[110, 70], [70, 105], [250, 200]]"]),
+    ("pucks.places_mm", &["[[130, 70], [70, 130], [250, 200]]"]),
     ("pucks.count", &["1", "4"]),
     ("robot.preset", &["'thymio2'", "'kheperax'", "'epuck'"]),
     (

@@ -638,14 +638,14 @@ cycles = 60
 [robot]
 preset = 'epuck'
 count = 3
-starts_mm = [[60, 60], [150, 60], [60, 150]]
+starts_mm = [[60, 60], [200, 60], [60, 200]]
 sensors = [{ name = 'sees', kind = 'puck', range_mm = 400 }, { name = 'near', range_mm = 60 }, { name = 'has', kind = 'gripper' }]
 [pucks]
 count = 3
 radius_mm = 20
 yields = 0.7
 grip_mm = 5
-places_mm = [[110, 60], [60, 105], [200, 200]]
+places_mm = [[130, 60], [60, 130], [220, 220]]
 [arena]
 width_mm = 320
 height_mm = 310
