@@ -9,7 +9,7 @@ use oneiro_shader_compiler::interpret::{Memory, run_invocation};
 use oneiro_shader_compiler::{Compiled, Indices, Part, compile, generate, spirv, trees};
 
 /// The hand-written kernels.
-const WRITTEN: [&str; 11] = [
+const WRITTEN: [&str; 14] = [
     "nested",
     "returns",
     "continuing",
@@ -20,6 +20,9 @@ const WRITTEN: [&str; 11] = [
     "logic",
     "folding",
     "ordinary",
+    "functions",
+    "matrices",
+    "turns",
     "chosen",
 ];
 /// How many random kernels there are.

@@ -771,8 +771,8 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl:2:4: `task_cycle` has other parameters or another result; write `fn task_cycle(episode: Episode, now: Exp",
         ),
         (
-            SAME.replace("1.0f - turning", "sinh(turning)"),
-            "own.wgsl:6:27: `sinh` is not on the list of functions that are exact on every device; write `0.5",
+            SAME.replace("1.0f - turning", "quantizeToF16(turning)"),
+            "own.wgsl:6:27: `quantizeToF16` is not on the list of functions that are exact on every device; write its arg",
         ),
         (
             SAME.replace("root(0.5f *", "sqrt(0.5 *"),

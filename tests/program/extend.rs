@@ -718,12 +718,12 @@ fn mistakes_name_the_file_and_the_place() {
         .run(&["check", "bare.toml"])
         .exits(3)
         .says(&["bare.toml:1:1: task: lacks `part`; allowed: the file of the task, .wgsl"]);
-    place.write("circles.wgsl", task.replace("root(", "sinh("));
+    place.write("circles.wgsl", task.replace("root(", "quantizeToF16("));
     for command in ["check", "run"] {
         let ran = place.run(&[command, "circles.toml"]).exits(3);
         ran.says(&[
-            "circles.wgsl:18:19: `sinh` is not on the list",
-            "write `0.5 * (exp(x) - exp(-x))` [exact-functions]\n",
+            "circles.wgsl:18:19: `quantizeToF16` is not on the list",
+            "write its argument, since floats have 32 bits [exact-functions]\n",
         ]);
     }
     place.write("circles.wgsl", "struct TaskState { a: f32 }\n".repeat(2));
@@ -1018,7 +1018,7 @@ fn the_problems_of_all_parts_are_shown_at_once() {
         "let left = ",
         "for (var i = 0u; i < step; i = i) {} let left = ",
     );
-    change("goal.wgsl", "{\n    let", "{\n    let unused = sinh(0.5);\n    let");
+    change("goal.wgsl", "{\n    let", "{\n    let unused = cos(0.5);\n    let");
     let refused = place.run(&["check", "all.toml"]).exits(3);
     let refused = refused.says(&[
         "eyes.wgsl:",

@@ -2,7 +2,7 @@
 //! of turns, so whoever dispatches a kernel must know them.
 //!
 //! A loop counts a variable from a constant to another one, or up to an end: `for (var i = start; i < end; i++)`, with any constant
-//! step. The end is computed from
+//! step. A `while` or `loop` counts alike if each of its turns steps once and tests. The end is computed from
 //! constants and from words that the host knows: those of the uniform buffer, which it sets for each dispatch, of the
 //! episode's element of `worlds`, and of other read-only buffers at indices with such a bound. It must have an upper
 //! limit, so a word is written as `min(word, GREATEST)`. Any other loop is refused.
@@ -10,11 +10,12 @@
 //! All branches of an `if` count together, since a vector of invocations takes all of them.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::assemble::leaves;
 use crate::rules::Rule;
 use crate::source::{Refusal, Refusals, Source};
-use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Value, Variable, visit};
+use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
 use crate::words::blank_comments;
 
 /// Words of buffers, by the buffer's name, the element and the word.
@@ -235,6 +236,7 @@ pub(crate) fn bounds(
         counts: BTreeMap::new(),
         visits: Cell::new(MOST_VISITS),
         depth: Cell::new(0),
+        before: Vec::new(),
         functions: Vec::new(),
         loops: BTreeMap::new(),
         refusals: Vec::new(),
@@ -261,6 +263,8 @@ pub(crate) struct OfLoop {
 /// Most visits to values in a kernel, and the longest chain of operands: far more than kernels that ship need.
 const MOST_VISITS: u32 = 100_000;
 const DEEPEST: u32 = 200;
+/// Most turns of a loop that counts in floats: they are counted one by one.
+const MOST_TURNS_OF_FLOAT: u64 = 100_000;
 
 struct Analysis<'a> {
     program: &'a Program,
@@ -276,6 +280,8 @@ struct Analysis<'a> {
     visits: Cell<u32>,
     /// Number of values that the visited one is an operand of, in a chain.
     depth: Cell<u32>,
+    /// The statements before the current one in each block around it, up to the loop around it.
+    before: Vec<&'a [Statement]>,
     /// The inlined functions that enclose the current statement.
     functions: Vec<String>,
     loops: BTreeMap<Label, OfLoop>,
@@ -291,36 +297,72 @@ enum Start {
     Constant(u64),
 }
 
-/// A loop that counts up.
+/// How a test bounds a loop.
 struct Counted {
     counter: Variable,
-    /// What is added to the counter at the end of each turn.
-    step: u64,
-    /// The value that the counter stays below or (`or_equal`) doesn't exceed.
-    end: Value,
-    or_equal: bool,
+    /// What is added to the counter, or subtracted from it, once in each turn.
+    step: (Binary, u32),
+    /// Where in a turn.
+    at: usize,
+    /// Whether that is before the test reads it.
+    steps_first: bool,
+}
+
+impl Counted {
+    /// How often a float counts, given the bits of its start and its end. Each device rounds the sums alike.
+    fn turns_of_float(&self, op: Binary, start: u32, end: u32) -> Option<u64> {
+        let (op_of_step, step) = self.step;
+        let [mut x, end, step] = [start, end, step].map(f32::from_bits);
+        let step = if op_of_step == Binary::Add { step } else { -step };
+        if self.steps_first {
+            x += step;
+        }
+        for turns in 0..=MOST_TURNS_OF_FLOAT {
+            let goes_on = match op {
+                Binary::Less => x < end,
+                Binary::LessEqual => x <= end,
+                Binary::Greater => x > end,
+                Binary::GreaterEqual => x >= end,
+                _ => return None,
+            };
+            if x.is_subnormal() || !x.is_finite() {
+                return None;
+            }
+            if !goes_on {
+                return Some(turns);
+            }
+            x += step;
+        }
+        None
+    }
 }
 
 /// How long a loop turns.
 struct Limits {
-    counter: Variable,
     turns: Bound,
-    /// Upper bounds of the counter before the test, between the test and the counting, and in the counting.
-    most: [Option<Bound>; 3],
+    /// The counter, where it is stepped, and upper bounds of what it holds before that and from there on: before the test, and
+    /// between it and the next turn.
+    counter: Variable,
+    at: usize,
+    most: [[Option<Bound>; 2]; 2],
 }
 
-/// The parts of a `for`: statements before its test, the test with those that follow it, and those that count.
+/// A test that may end a loop, and the turn around it.
 struct Form<'a> {
-    before_test: &'a [Statement],
-    tested: &'a [Statement],
-    counting: &'a [Statement],
-    /// Whether it goes on.
+    /// What `continue` leaves, and what follows in each turn.
+    turn: [&'a [Statement]; 2],
+    /// The label of the former.
+    next: Label,
+    /// Where the test is in a turn.
+    at: usize,
     condition: Value,
+    /// Which value of the condition goes on.
+    goes_on: bool,
 }
 
 impl<'a> Form<'a> {
-    fn of(label: Label, body: &'a [Statement]) -> Option<Self> {
-        // A `for` tests first, in the block that `continue` leaves, and counts after that block.
+    /// The tests of a loop that each turn reaches.
+    fn all(body: &'a [Statement]) -> Vec<Self> {
         let [
             Statement::Labeled {
                 body: tested,
@@ -330,46 +372,138 @@ impl<'a> Form<'a> {
             counting @ ..,
         ] = body
         else {
-            return None;
+            return Vec::new();
         };
-        let position = tested.iter().position(|statement| {
-            let Statement::If { accept, reject, .. } = statement else {
-                return false;
+        let form = |(at, statement): (usize, &Statement)| {
+            let Statement::If {
+                condition,
+                accept,
+                reject,
+            } = statement
+            else {
+                return None;
             };
-            accept.is_empty() && matches!(reject.as_slice(), [Statement::Exit(left)] if *left == label)
-        })?;
-        let mut skips = false;
-        let (before_test, tested) = tested.split_at(position);
-        visit(before_test, &mut |statement| {
-            skips |= matches!(statement, Statement::Exit(left) if left == next);
-        });
-        let Statement::If { condition, .. } = tested[0] else {
-            return None;
+            let form = Self {
+                turn: [tested, counting],
+                next: *next,
+                at,
+                condition: *condition,
+                goes_on: ends(reject, *next),
+            };
+            (ends(accept, *next) != form.goes_on && form.is_reached(at)).then_some(form)
         };
-        (!skips).then_some(Self {
-            before_test,
-            tested,
-            counting,
-            condition,
-        })
+        tested.iter().chain(counting).enumerate().filter_map(form).collect()
     }
 
-    /// The tests that all hold if it goes on.
-    fn tests(&self, program: &Program) -> Vec<Value> {
+    fn statements(&self) -> impl Iterator<Item = (usize, &'a [Statement])> {
+        let each = self.turn.into_iter().flatten();
+        each.map(std::slice::from_ref).enumerate()
+    }
+
+    /// Whether no `continue` skips a statement.
+    fn is_reached(&self, at: usize) -> bool {
+        let [tested, _] = self.turn;
+        at >= tested.len() || !leaves(&tested[..at], self.next)
+    }
+
+    /// The statement that computes a value, or in which it is computed.
+    fn place(&self, value: Value) -> Option<usize> {
+        let mut statements = self.statements();
+        statements.find_map(|(at, statement)| computes(statement, value).then_some(at))
+    }
+
+    /// Comparisons that all hold if it goes on, each with its operands in both orders.
+    fn comparisons(&self, program: &Program) -> Vec<(Binary, Value, Value)> {
         let mut all = Vec::new();
-        let mut rest = vec![self.condition];
-        while let Some(test) = rest.pop() {
+        let mut rest = vec![(self.condition, self.goes_on)];
+        let mut seen = BTreeSet::new();
+        while let Some((test, truth)) = rest.pop() {
+            if !seen.insert((test, truth)) {
+                continue;
+            }
             match program.op(test) {
-                Op::Binary(Binary::And, a, b) => rest.extend([b, a]),
-                _ => all.push(test),
+                Op::Binary(Binary::And, a, b) if truth => rest.extend([(b, true), (a, true)]),
+                Op::Binary(Binary::Or, a, b) if !truth => rest.extend([(b, false), (a, false)]),
+                Op::Unary(Unary::Not, a) => rest.push((a, !truth)),
+                // `&&` and `||` are branches that set a variable.
+                Op::Read(variable) => {
+                    let mut parts = self.turn.into_iter();
+                    if let Some([condition, accept, reject]) =
+                        parts.find_map(|part| set_by_branch(part, test, variable))
+                    {
+                        let is_other = |value| matches!(program.op(value), Op::Constant(bits) if (bits != 0) != truth);
+                        if is_other(reject) {
+                            rest.extend([(accept, truth), (condition, true)]);
+                        } else if is_other(accept) {
+                            rest.extend([(reject, truth), (condition, false)]);
+                        }
+                    }
+                }
+                Op::Binary(op, a, b) if op.compares() => {
+                    let op = if truth { op } else { negated(op) };
+                    all.extend([(op, a, b), (flipped(op), b, a)]);
+                }
+                _ => {}
             }
         }
         all
     }
 
-    /// Whether a variable is read anew for each test, and changed only where the loop counts.
-    fn leaves(&self, counter: Variable, read: Value) -> bool {
-        sets(self.before_test, read) && !changes(self.before_test, counter) && !changes(self.tested, counter)
+    /// How the counter that a test reads counts, if a constant is added to it in each turn and nothing else changes it.
+    fn counted(&self, program: &Program, read: Value) -> Option<Counted> {
+        let Op::Read(counter) = program.op(read) else {
+            return None;
+        };
+        let mut changing = self.statements().filter(|(_, statement)| changes(statement, counter));
+        let (Some((at, [Statement::Write(_, value)])), None) = (changing.next(), changing.next()) else {
+            return None;
+        };
+        let Op::Binary(op @ (Binary::Add | Binary::Subtract), old, by) = program.op(*value) else {
+            return None;
+        };
+        let (Op::Read(before), Op::Constant(bits)) = (program.op(old), program.op(by)) else {
+            return None;
+        };
+        let is_of_turn = self.place(old).is_some_and(|place| place < at);
+        let counts = before == counter && bits != 0 && is_of_turn && self.is_reached(at);
+        let steps_first = self.place(read)? > at;
+        counts.then_some(Counted {
+            counter,
+            step: (op, bits),
+            at,
+            steps_first,
+        })
+    }
+}
+
+/// Whether a block leaves a loop whose `continue` leads to a label, and has no loop itself.
+fn ends(block: &[Statement], next: Label) -> bool {
+    let mut is_plain = true;
+    visit(block, &mut |statement| {
+        is_plain &= !matches!(statement, Statement::Loop { .. })
+    });
+    is_plain && !leaves(block, next) && matches!(block.last(), Some(Statement::Exit(_)))
+}
+
+/// The condition and the results of the branch that sets a variable before it is read in the same block.
+fn set_by_branch(block: &[Statement], read: Value, variable: Variable) -> Option<[Value; 3]> {
+    let Some(at) = block.iter().position(|statement| statement.results().contains(&read)) else {
+        let mut inner = block.iter().flat_map(Statement::blocks);
+        return inner.find_map(|inner| set_by_branch(inner, read, variable));
+    };
+    let mut before = block[..at].iter().rev();
+    let set = before.find(|statement| changes(std::slice::from_ref(statement), variable));
+    let Statement::If {
+        condition,
+        accept,
+        reject,
+    } = set?
+    else {
+        return None;
+    };
+    match (accept.last()?, reject.last()?) {
+        (Statement::Write(a, x), Statement::Write(b, y)) if [*a, *b] == [variable; 2] => Some([*condition, *x, *y]),
+        _ => None,
     }
 }
 
@@ -384,27 +518,49 @@ fn flipped(op: Binary) -> Binary {
     }
 }
 
-/// What to write instead of a loop that nothing bounds, given its text.
-fn instead(text: &str) -> &'static str {
-    let text = blank_comments(text);
-    let Some(head) = text.strip_prefix("for") else {
-        return "bound it by a number, and test inside: `for (var i = 0u; i < 40u; i++) { if (condition) { .. } }`";
-    };
-    let head = head.split('{').next().unwrap_or_default();
-    if head.contains("--") || head.contains("-=") {
-        "count down from a constant to a constant, or upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`"
-    } else {
-        "write `for (var i = start; i < end; i += step)`, where `start` and `end` are constants, or `i` is a u32 and `end` has a \
-         visible maximum, such as `min(x, 8u)`"
+/// The comparison that holds for integers if another one doesn't.
+fn negated(op: Binary) -> Binary {
+    match op {
+        Binary::Less => Binary::GreaterEqual,
+        Binary::LessEqual => Binary::Greater,
+        Binary::Greater => Binary::LessEqual,
+        Binary::GreaterEqual => Binary::Less,
+        Binary::Equal => Binary::NotEqual,
+        _ => Binary::Equal,
     }
 }
 
-impl Analysis<'_> {
-    fn block(&mut self, block: &[Statement]) -> Bound {
+/// What to write instead of a loop that nothing bounds, given its text.
+fn instead(text: &str) -> String {
+    let text = blank_comments(text);
+    let head = text.split('{').next().unwrap_or_default();
+    if let Some(test) = head.strip_prefix("while") {
+        let test: Vec<_> = test.split_whitespace().collect();
+        let test = test.join(" ");
+        let inner = test.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'));
+        let is_one = inner.is_some_and(|inner| inner.find(')') >= inner.find('('));
+        let test = if is_one { test } else { format!("({test})") };
+        return format!("give it a maximum, such as 40: `for (var i = 0u; i < 40u && {test}; i++) {{ .. }}`");
+    }
+    let message = if !head.starts_with("for") {
+        "give it a maximum, such as 40: `for (var i = 0u; i < 40u; i++) { .. }`, with `break` in it"
+    } else if head.contains("--") || head.contains("-=") {
+        "write `for (var i = start; i > end; i -= step)`, where `end` is a constant, and `start` is one or has a visible \
+         maximum, such as `min(x, 8u)`; or count upwards"
+    } else {
+        "write `for (var i = start; i < end; i += step)`, where `start` is a constant, and `end` is one or has a visible \
+         maximum, such as `min(x, 8u)`"
+    };
+    message.to_owned()
+}
+
+impl<'a> Analysis<'a> {
+    fn block(&mut self, block: &'a [Statement]) -> Bound {
         let mut all = Bound::Constant(0);
         for (at, statement) in block.iter().enumerate() {
+            self.before.push(&block[..at]);
             let turns = match statement {
-                Statement::Loop { label, body, span } => match self.repeated(*label, body, &block[..at]) {
+                Statement::Loop { label, body, span } => match self.repeated(*label, body) {
                     Some(turns) => turns,
                     None => self.refuse(*span),
                 },
@@ -419,6 +575,7 @@ impl Analysis<'_> {
                 Statement::If { accept, reject, .. } => self.block(accept).sum(self.block(reject)),
                 _ => Bound::Constant(0),
             };
+            self.before.pop();
             all = all.sum(turns);
         }
         all
@@ -437,129 +594,196 @@ impl Analysis<'_> {
         Bound::Constant(0)
     }
 
-    /// The turns of a loop and of all loops in it; `None` if nothing bounds it. `before` has the statements before it in its
-    /// block.
-    fn repeated(&mut self, label: Label, body: &[Statement], before: &[Statement]) -> Option<Bound> {
-        let form = Form::of(label, body)?;
-        let limits = self.limits(&form, before).or_else(|| self.fixed(&form, before))?;
-        let Limits { counter, turns, most } = limits;
-        let [test, tested, counting] = [
-            (form.before_test, most[0].clone()),
-            (form.tested, most[1].clone()),
-            (form.counting, most[2].clone()),
-        ]
-        .map(|(statements, most)| {
-            if let Some(most) = most {
-                self.bound_reads(statements, counter, &most);
-            }
-            self.block(statements)
+    /// The turns of a loop and of all loops in it; `None` if nothing bounds it.
+    fn repeated(&mut self, label: Label, body: &'a [Statement]) -> Option<Bound> {
+        let forms = Form::all(body);
+        let all = forms.iter().flat_map(|form| {
+            let tests = form.comparisons(self.program);
+            let limits = |test| self.limits(form, test).or_else(|| self.fixed(form, test));
+            tests.into_iter().filter_map(limits).map(move |limits| (form, limits))
         });
+        // What the host knows may be less than any constant.
+        let (form, limits) = all.min_by_key(|(_, limits)| match limits.turns {
+            Bound::Constant(turns) => Some(turns),
+            _ => None,
+        })?;
+        for (at, statement) in form.statements() {
+            let most = &limits.most[usize::from(at > form.at)][usize::from(at > limits.at)];
+            if let Some(most) = most {
+                self.bound_reads(statement, limits.counter, most);
+            }
+        }
+        // What happened before the loop is no longer the last that happened.
+        let around = std::mem::take(&mut self.before);
+        let [tested, counting] = form.turn;
+        let (first, last) = if form.at < tested.len() {
+            let (first, last) = tested.split_at(form.at);
+            (self.block(first), self.block(last).sum(self.block(counting)))
+        } else {
+            let (first, last) = counting.split_at(form.at - tested.len());
+            (self.block(tested).sum(self.block(first)), self.block(last))
+        };
+        self.before = around;
+        let turns = limits.turns;
         let of_loop = OfLoop {
             turns: turns.clone(),
-            tests_by_loops: test != Bound::Constant(0),
+            tests_by_loops: first != Bound::Constant(0),
             of_dispatch: turns.has_word_of(&self.uniforms),
         };
         self.loops.insert(label, of_loop);
         let tests = turns.clone().sum(Bound::Constant(1));
-        let each = tested.sum(counting);
-        Some(tests.clone().sum(tests.product(test)).sum(turns.product(each)))
+        Some(tests.clone().sum(tests.product(first)).sum(turns.product(last)))
     }
 
-    /// The limits of a loop that counts up to an end that has a bound.
-    fn limits(&self, form: &Form<'_>, before: &[Statement]) -> Option<Limits> {
-        let found = self.counted(form)?;
-        let mut end = self.upper(found.end)?;
-        if found.or_equal {
-            end = end.sum(Bound::Constant(1));
-        }
-        let start = self.start(found.counter, before);
-        let distance = self.distance(&found, start, end.clone());
-        distance.most(&self.uniforms)?;
-        // Else the counter might start again from 0.
-        let is_safe = |most: u64| u32::try_from(most.saturating_add(found.step)).is_ok();
-        if (found.step > 1 || found.or_equal) && !end.most(&self.uniforms).is_some_and(is_safe) {
+    /// The limits of a loop that counts up to an end that has a bound, by one of its tests.
+    fn limits(&self, form: &Form<'_>, (op, read, end): (Binary, Value, Value)) -> Option<Limits> {
+        if !matches!(op, Binary::Less | Binary::LessEqual) || self.program.ty(read) != Ty::U32 {
             return None;
         }
-        // Once it has counted, the counter may be a step beyond its end; at the first test it may be anywhere.
-        let beyond = end.clone().sum(Bound::Constant(found.step));
+        let counted = form.counted(self.program, read)?;
+        let (Binary::Add, step) = counted.step else {
+            return None;
+        };
+        let step = u64::from(step);
+        let or_equal = op == Binary::LessEqual;
+        let most = self.upper(end)?.sum(Bound::Constant(u64::from(or_equal)));
+        let start = self.start(counted.counter);
+        let known = start.and_then(|start| match start {
+            Start::Value(value) => self.exact(value),
+            Start::Constant(bits) => Some(Bound::Constant(bits)),
+        });
+        let tested = match known {
+            // A sum that wraps around begins at 0.
+            Some(Bound::Constant(start)) if counted.steps_first => {
+                let first = u32::try_from(start.saturating_add(step)).ok();
+                first.map(|first| Bound::Constant(first.into()))
+            }
+            _ if counted.steps_first => None,
+            known => known,
+        };
+        let distance = self.distance(tested, end, or_equal, most.clone());
+        distance.most(&self.uniforms)?;
+        // Else the counter might start again from 0.
+        let is_safe = |most: u64| u32::try_from(most.saturating_add(step)).is_ok();
+        if (step > 1 || or_equal) && !most.most(&self.uniforms).is_some_and(is_safe) {
+            return None;
+        }
         let first = start.and_then(|start| match start {
             Start::Value(value) => self.upper(value),
             Start::Constant(bits) => Some(Bound::Constant(bits)),
         });
-        let at_test = first.map(|first| Bound::Greatest(Box::new(beyond.clone()), Box::new(first)));
+        // Once it has counted, the counter may be a step beyond its end; at the first test it may be anywhere.
+        let beyond = most.clone().sum(Bound::Constant(step));
+        let before = if counted.steps_first { &most } else { &beyond };
+        let before = first.map(|first| Bound::Greatest(Box::new(before.clone()), Box::new(first)));
+        let stepped = before.clone().map(|before| before.sum(Bound::Constant(step)));
+        let after = if counted.steps_first { most.clone() } else { beyond };
         Some(Limits {
-            counter: found.counter,
-            turns: distance.in_steps_of(found.step),
-            most: [at_test, Some(end), Some(beyond)],
+            turns: distance.in_steps_of(step),
+            counter: counted.counter,
+            at: counted.at,
+            most: [[before, stepped], [Some(most), Some(after)]],
         })
     }
 
-    /// The limits of a loop that counts from a constant to another one, up or down, with or without signs.
-    fn fixed(&self, form: &Form<'_>, before: &[Statement]) -> Option<Limits> {
-        form.tests(self.program).into_iter().find_map(|test| {
-            let Op::Binary(op, a, b) = self.program.op(test) else {
-                return None;
-            };
-            let (op, read, end) = match (self.program.op(a), self.program.op(b)) {
-                (Op::Read(_), Op::Constant(end)) => (op, a, end),
-                (Op::Constant(end), Op::Read(_)) => (flipped(op), b, end),
-                _ => return None,
-            };
-            let Op::Read(counter) = self.program.op(read) else {
-                return None;
-            };
-            let is_unsigned = match self.program.ty(read) {
-                Ty::U32 => true,
-                Ty::I32 => false,
-                _ => return None,
-            };
-            if !form.leaves(counter, read) {
-                return None;
+    /// The limits of a loop that counts from a constant to another one, up or down, with or without signs, by one of its tests.
+    /// Where it begins, if it counts down, or ends, if it counts up, may be a value with a maximum.
+    fn fixed(&self, form: &Form<'_>, (op, read, end): (Binary, Value, Value)) -> Option<Limits> {
+        let counted = form.counted(self.program, read)?;
+        let start = self.start(counted.counter)?;
+        let constant = |value| match self.program.op(value) {
+            Op::Constant(bits) => Some(bits),
+            _ => None,
+        };
+        let bits_of_start = match start {
+            Start::Value(value) => constant(value),
+            Start::Constant(bits) => u32::try_from(bits).ok(),
+        };
+        let is_unsigned = match self.program.ty(read) {
+            Ty::U32 => true,
+            Ty::I32 => false,
+            _ => {
+                return Some(Limits {
+                    turns: Bound::Constant(counted.turns_of_float(op, bits_of_start?, constant(end)?)?),
+                    counter: counted.counter,
+                    at: counted.at,
+                    most: [[None, None], [None, None]],
+                });
             }
-            let number = |bits: u32| {
-                if is_unsigned {
-                    i64::from(bits)
-                } else {
-                    i64::from(bits as i32)
-                }
-            };
-            let start = match self.start(counter, before)? {
-                Start::Value(value) => match self.program.op(value) {
-                    Op::Constant(bits) => bits,
-                    _ => return None,
-                },
-                Start::Constant(bits) => u32::try_from(bits).ok()?,
-            };
-            let (start, end) = (number(start), number(end));
-            let step = match self.step(counter, form.counting)? {
-                (Binary::Add, bits) => number(bits),
-                (_, bits) => -number(bits),
-            };
-            let distance = match op {
-                Binary::Less | Binary::NotEqual if step > 0 => end - start,
-                Binary::LessEqual if step > 0 => end - start + 1,
-                Binary::Greater | Binary::NotEqual if step < 0 => start - end,
-                Binary::GreaterEqual if step < 0 => start - end + 1,
-                _ => return None,
-            };
-            let size = step.abs();
-            if op == Binary::NotEqual && (distance < 0 || distance % size != 0) {
-                return None;
-            }
-            let turns = distance.max(0).unsigned_abs().div_ceil(size.unsigned_abs());
-            // Else the counter would start again from the other end of its range.
-            let last = start + i64::try_from(turns).ok()?.checked_mul(step)?;
-            let is_within = if is_unsigned {
-                u32::try_from(last).is_ok()
+        };
+        let number = |bits: u32| {
+            if is_unsigned {
+                i64::from(bits)
             } else {
-                i32::try_from(last).is_ok()
-            };
-            let most = is_unsigned.then(|| Bound::Constant(start.max(last).unsigned_abs()));
-            is_within.then_some(Limits {
-                counter,
-                turns: Bound::Constant(turns),
-                most: [most.clone(), most.clone(), most],
-            })
+                i64::from(bits as i32)
+            }
+        };
+        let step = match counted.step {
+            (Binary::Add, bits) => number(bits),
+            (_, bits) => -number(bits),
+        };
+        let are_constant = bits_of_start.is_some() && constant(end).is_some();
+        let (start, end) = match (bits_of_start, constant(end), start) {
+            (Some(start), Some(end), _) => (number(start), number(end)),
+            (Some(start), None, _) if step > 0 => (number(start), self.maximum(end)?),
+            (None, Some(end), Start::Value(start)) if step < 0 && !counted.steps_first => {
+                (self.maximum(start)?, number(end))
+            }
+            _ => return None,
+        };
+        let first = if counted.steps_first { start + step } else { start };
+        // How far it goes, and the last number with which it goes on.
+        let (distance, passing) = match op {
+            Binary::NotEqual if are_constant && step > 0 => (end - first, end - step),
+            Binary::NotEqual if are_constant => (first - end, end - step),
+            Binary::Less if step > 0 => (end - first, end - 1),
+            Binary::LessEqual if step > 0 => (end - first + 1, end),
+            Binary::Greater if step < 0 => (first - end, end + 1),
+            Binary::GreaterEqual if step < 0 => (first - end + 1, end),
+            _ => return None,
+        };
+        let size = step.abs();
+        if op == Binary::NotEqual && (distance < 0 || distance % size != 0) {
+            return None;
+        }
+        let turns = distance.max(0).unsigned_abs().div_ceil(size.unsigned_abs());
+        // Else the counter would start again from the other end of its range.
+        let last = first + i64::try_from(turns).ok()?.checked_mul(step)?;
+        let furthest = if are_constant { last } else { passing + step };
+        let is_within = |number: i64| {
+            if is_unsigned {
+                u32::try_from(number).is_ok()
+            } else {
+                i32::try_from(number).is_ok()
+            }
+        };
+        let most = is_unsigned.then(|| Bound::Constant(start.max(last).unsigned_abs()));
+        (is_within(first) && is_within(furthest)).then_some(Limits {
+            turns: Bound::Constant(turns),
+            counter: counted.counter,
+            at: counted.at,
+            most: [[most.clone(), most.clone()], [most.clone(), most]],
+        })
+    }
+
+    /// The maximum of an integer.
+    fn maximum(&self, value: Value) -> Option<i64> {
+        if self.program.ty(value) == Ty::U32 {
+            return i64::try_from(self.upper(value)?.most(&self.uniforms)?).ok();
+        }
+        self.visited(|| match self.program.op(value) {
+            Op::Constant(bits) => Some(i64::from(bits as i32)),
+            Op::Binary(Binary::Min, a, b) => match (self.maximum(a), self.maximum(b)) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            },
+            Op::Binary(Binary::Max, a, b) => Some(self.maximum(a)?.max(self.maximum(b)?)),
+            Op::Select { accept, reject, .. } => Some(self.maximum(accept)?.max(self.maximum(reject)?)),
+            Op::Bitcast(bits) if self.program.ty(bits) == Ty::U32 => {
+                let most = self.maximum(bits)?;
+                i32::try_from(most).is_ok().then_some(most)
+            }
+            _ => None,
         })
     }
 
@@ -574,15 +798,15 @@ impl Analysis<'_> {
         });
     }
 
-    /// The value that a counter is set to just before a loop; `None` if it isn't set there.
-    fn start(&self, counter: Variable, before: &[Statement]) -> Option<Start> {
+    /// The value that a counter is set to before a loop; `None` if it isn't set there, or only in a branch.
+    fn start(&self, counter: Variable) -> Option<Start> {
+        let before = self.before.iter().rev().flat_map(|block| block.iter().rev());
         let set = before
-            .iter()
-            .rev()
-            .find(|statement| changes(std::slice::from_ref(statement), counter));
+            .map(std::slice::from_ref)
+            .find(|statement| changes(statement, counter));
         match set? {
-            Statement::Write(_, start) => Some(Start::Value(*start)),
-            Statement::Declare(_) => {
+            [Statement::Write(_, start)] => Some(Start::Value(*start)),
+            [Statement::Declare(_)] => {
                 let init = self.program.variables[counter.0 as usize].init;
                 Some(Start::Constant(u64::from(init)))
             }
@@ -590,16 +814,12 @@ impl Analysis<'_> {
         }
     }
 
-    /// The distance that a counter covers: from its value just before the loop, or from 0, to its end.
-    fn distance(&self, found: &Counted, start: Option<Start>, end: Bound) -> Bound {
-        let start = start.and_then(|start| match start {
-            Start::Value(value) => self.exact(value),
-            Start::Constant(bits) => Some(Bound::Constant(bits)),
-        });
-        let Some(known) = start else { return end };
+    /// The distance that a counter covers: from the value that is tested first, or from 0, to its end.
+    fn distance(&self, start: Option<Bound>, end: Value, or_equal: bool, most: Bound) -> Bound {
+        let Some(known) = start else { return most };
         // From `start` to `start + count`.
-        if let Op::Binary(Binary::Add, a, b) = self.program.op(found.end)
-            && !found.or_equal
+        if let Op::Binary(Binary::Add, a, b) = self.program.op(end)
+            && !or_equal
         {
             for (one, other) in [(a, b), (b, a)] {
                 if self.exact(one).as_ref() == Some(&known)
@@ -610,58 +830,10 @@ impl Analysis<'_> {
             }
         }
         match known {
-            Bound::Constant(_) | Bound::Word { .. } => end.less(known),
+            Bound::Constant(_) | Bound::Word { .. } => most.less(known),
             // A sum may wrap around.
-            _ => end,
+            _ => most,
         }
-    }
-
-    /// Finds how a loop counts.
-    fn counted(&self, form: &Form<'_>) -> Option<Counted> {
-        form.tests(self.program).into_iter().find_map(|test| {
-            let (small, end, or_equal) = match self.program.op(test) {
-                Op::Binary(Binary::Less, a, b) | Op::Binary(Binary::Greater, b, a) => (a, b, false),
-                Op::Binary(Binary::LessEqual, a, b) | Op::Binary(Binary::GreaterEqual, b, a) => (a, b, true),
-                _ => return None,
-            };
-            let Op::Read(counter) = self.program.op(small) else {
-                return None;
-            };
-            let (Binary::Add, step) = self.step(counter, form.counting)? else {
-                return None;
-            };
-            let counts = self.program.ty(small) == Ty::U32 && form.leaves(counter, small);
-            counts.then_some(Counted {
-                counter,
-                step: u64::from(step),
-                end,
-                or_equal,
-            })
-        })
-    }
-
-    /// What is added to a variable, or subtracted from it, at the end of each turn, if nothing else happens to it there.
-    fn step(&self, counter: Variable, counting: &[Statement]) -> Option<(Binary, u32)> {
-        let mut step = None;
-        for (at, statement) in counting.iter().enumerate() {
-            match statement {
-                Statement::Write(variable, value) if *variable == counter => {
-                    let Op::Binary(op @ (Binary::Add | Binary::Subtract), old, by) = self.program.op(*value) else {
-                        return None;
-                    };
-                    let (Op::Read(read), Op::Constant(bits)) = (self.program.op(old), self.program.op(by)) else {
-                        return None;
-                    };
-                    if read != counter || bits == 0 || step.is_some() || !sets(&counting[..at], old) {
-                        return None;
-                    }
-                    step = Some((op, bits));
-                }
-                statement if changes(std::slice::from_ref(statement), counter) => return None,
-                _ => {}
-            }
-        }
-        step
     }
 
     /// Visits an operand. An end that is computed from shared values, each from the one before twice, would take forever, and
@@ -785,7 +957,11 @@ fn changes(statements: &[Statement], variable: Variable) -> bool {
     changes
 }
 
-/// Whether one of these statements computes a value.
-fn sets(statements: &[Statement], value: Value) -> bool {
-    statements.iter().any(|statement| statement.results().contains(&value))
+/// Whether one of these statements, or of those in them, computes a value.
+fn computes(statements: &[Statement], value: Value) -> bool {
+    let mut computes = false;
+    visit(statements, &mut |statement| {
+        computes |= statement.results().contains(&value)
+    });
+    computes
 }

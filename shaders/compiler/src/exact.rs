@@ -19,9 +19,10 @@ use crate::words::{blank_comments, is_call, is_number, words};
 /// Built-in functions that may be called.
 pub(crate) const CALLS: [&str; 8] = ["abs", "floor", "trunc", "select", "bitcast", "min", "max", "clamp"];
 /// Types that may be constructed.
-pub(crate) const CONSTRUCTORS: [&str; 17] = [
+pub(crate) const CONSTRUCTORS: [&str; 35] = [
     "f32", "u32", "i32", "bool", "array", "vec2", "vec3", "vec4", "vec2f", "vec3f", "vec4f", "vec2u", "vec3u", "vec4u",
-    "vec2i", "vec3i", "vec4i",
+    "vec2i", "vec3i", "vec4i", "mat2x2", "mat2x3", "mat2x4", "mat3x2", "mat3x3", "mat3x4", "mat4x2", "mat4x3",
+    "mat4x4", "mat2x2f", "mat2x3f", "mat2x4f", "mat3x2f", "mat3x3f", "mat3x4f", "mat4x2f", "mat4x3f", "mat4x4f",
 ];
 /// Words before a parenthesis that aren't calls.
 const KEYWORDS: [&str; 7] = ["if", "for", "while", "switch", "return", "case", "var"];
@@ -29,7 +30,7 @@ const KEYWORDS: [&str; 7] = ["if", "for", "while", "switch", "return", "case", "
 /// Most bytes of a local variable, and of all local arrays of a kernel: each of many lanes has its own.
 pub const GREATEST_LOCAL: u32 = 1 << 16;
 
-const TYPES: &str = "types are f32, i32, u32, bool, their vectors, arrays and structs";
+const TYPES: &str = "types are f32, i32, u32, bool, their vectors, arrays and structs, and matrices of f32";
 
 /// Refuses what the text of a part alone shows. Functions that it doesn't declare may be those of other parts, unless WGSL has
 /// one of that name.
@@ -107,12 +108,8 @@ pub(crate) fn is_built_in(word: &str) -> bool {
 /// `lib/numerics.wgsl`.
 fn instead(function: &str) -> Option<&'static str> {
     Some(match function {
-        "sinh" => "`0.5 * (exp(x) - exp(-x))`",
-        "cosh" => "`0.5 * (exp(x) + exp(-x))`",
-        "asinh" => "`log(x + sqrt(x * x + 1.0))`",
-        "acosh" => "`log(x + sqrt(x * x - 1.0))`",
-        "atanh" => "`0.5 * log((1.0 + x) / (1.0 - x))`",
-        "refract" | "faceForward" => "its formula",
+        "quantizeToF16" => "its argument, since floats have 32 bits",
+        "extractBits" => "`(x >> first) & ((1u << count) - 1u)`",
         _ => return None,
     })
 }
@@ -137,10 +134,7 @@ fn meant(function: &str) -> Option<&'static str> {
 
 /// Whether a word is refused wherever it stands: types, and a statement of other stages.
 fn is_unsupported(word: &str) -> bool {
-    let is_matrix = |rest: &str| {
-        let shape = rest.strip_suffix(['f', 'h']).unwrap_or(rest).as_bytes();
-        matches!(shape, [b'2'..=b'4', b'x', b'2'..=b'4'])
-    };
+    let is_matrix = |rest: &str| matches!(rest.as_bytes(), [b'2'..=b'4', b'x', b'2'..=b'4', b'h']);
     let known = [
         "f16",
         "vec2h",
@@ -167,7 +161,9 @@ pub(crate) fn check_module(source: &Source, module: &Module, info: &ModuleInfo) 
     };
     for (handle, ty) in module.types.iter() {
         let refused = match &ty.inner {
-            TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } => !is_allowed(*scalar),
+            TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } | TypeInner::Matrix { scalar, .. } => {
+                !is_allowed(*scalar)
+            }
             TypeInner::Pointer { .. }
             | TypeInner::ValuePointer { .. }
             | TypeInner::Array { .. }

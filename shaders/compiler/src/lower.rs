@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
     AddressSpace, BinaryOperator, BuiltIn, Expression, Function, Handle, Literal, MathFunction, Module, ScalarKind,
-    Span, SwitchValue, Type, TypeInner, UnaryOperator,
+    Span, SwitchValue, Type, TypeInner, UnaryOperator, VectorSize,
 };
 
 use crate::rules::Rule;
@@ -145,7 +145,19 @@ impl<'a> Lowering<'a> {
         match &self.module.types[ty].inner {
             TypeInner::Scalar(scalar) => vec![(String::new(), scalar_type(*scalar), 0)],
             TypeInner::Vector { size, scalar } => (0..*size as u32)
-                .map(|k| (["_x", "_y", "_z", "_w"][k as usize].to_owned(), scalar_type(*scalar), k))
+                .map(|k| (COMPONENTS[k as usize].to_owned(), scalar_type(*scalar), k))
+                .collect(),
+            TypeInner::Matrix { columns, rows, scalar } => (0..*columns as u32)
+                .flat_map(|column| {
+                    let row = move |row: u32| {
+                        (
+                            format!("_{column}{}", COMPONENTS[row as usize]),
+                            scalar_type(*scalar),
+                            column * words_of_column(*rows) + row,
+                        )
+                    };
+                    (0..*rows as u32).map(row)
+                })
                 .collect(),
             TypeInner::Struct { members, .. } => {
                 let mut all = Vec::new();
@@ -879,6 +891,22 @@ impl<'a> Lowering<'a> {
                 let elements: Vec<_> = scalars.chunks(scalars.len() / count).map(<[Value]>::to_vec).collect();
                 return Ok(Lowered::Scalars(self.one_of(elements, index)));
             }
+            Lowered::Place(Place::OneOf(elements, outer)) => {
+                let Some(count) = count_of(&self.pointee(call, base)) else {
+                    return self.refuse(span, call, Rule::Internal, "this has no index");
+                };
+                let [outer, inner] = [(outer, elements.len()), (index, count)].map(|(index, count)| {
+                    let last = self.constant(count as u32 - 1, Ty::U32);
+                    self.value(Op::Binary(Binary::Min, index, last), Ty::U32)
+                });
+                let count_value = self.constant(count as u32, Ty::U32);
+                let first = self.value(Op::Binary(Binary::Multiply, outer, count_value), Ty::U32);
+                let index = self.value(Op::Binary(Binary::Add, first, inner), Ty::U32);
+                let each = elements
+                    .iter()
+                    .flat_map(|element| element.chunks(element.len() / count));
+                Place::OneOf(each.map(<[Variable]>::to_vec).collect(), index)
+            }
             Lowered::Place(_) => {
                 let message =
                     "an index that is computed stands in another one here; copy the inner array: `var a = all[i];`";
@@ -936,6 +964,10 @@ impl<'a> Lowering<'a> {
         let inner = self.pointee(call, base);
         let (first, count, word) = match &inner {
             TypeInner::Vector { .. } => (index as usize, 1, index),
+            TypeInner::Matrix { rows, .. } => {
+                let count = *rows as usize;
+                (index as usize * count, count, index * words_of_column(*rows))
+            }
             TypeInner::Struct { members, .. } => {
                 let counts: Vec<_> = members.iter().map(|member| self.scalars(member.ty).len()).collect();
                 let first = counts[..index as usize].iter().sum();
@@ -1064,9 +1096,18 @@ fn returns_early(block: &naga::Block, last_counts: bool) -> bool {
     })
 }
 
-/// The number of elements of an array or vector.
+/// The ends of the names of a vector's components.
+const COMPONENTS: [&str; 4] = ["_x", "_y", "_z", "_w"];
+
+/// Words from a column of a matrix to the next one.
+fn words_of_column(rows: VectorSize) -> u32 {
+    (rows as u32).next_power_of_two()
+}
+
+/// The number of elements of an array or vector, or of columns of a matrix.
 fn count_of(inner: &TypeInner) -> Option<usize> {
     match inner {
+        TypeInner::Matrix { columns, .. } => Some(*columns as usize),
         TypeInner::Vector { size, .. } => Some(*size as usize),
         TypeInner::Array {
             size: naga::ArraySize::Constant(count),

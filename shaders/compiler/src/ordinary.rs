@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
-    BinaryOperator, Block, Expression, Function, Handle, Literal, MathFunction, Module, RelationalFunction, ScalarKind,
-    Span, Statement, TypeInner,
+    BinaryOperator, Block, Expression, Function, Handle, Literal, MathFunction, Module, PredeclaredType,
+    RelationalFunction, ScalarKind, Span, Statement, TypeInner,
 };
 use oneiro_shader_parts::PARTS;
 
@@ -20,7 +20,7 @@ const LIBRARY: &str = "lib/ordinary.wgsl";
 const NUMERICS: &str = "lib/numerics.wgsl";
 
 /// WGSL's functions that are computed by the library.
-pub(crate) const CALLS: [&str; 40] = [
+pub(crate) const CALLS: [&str; 52] = [
     "sqrt",
     "inverseSqrt",
     "length",
@@ -29,6 +29,10 @@ pub(crate) const CALLS: [&str; 40] = [
     "dot",
     "cross",
     "reflect",
+    "refract",
+    "faceForward",
+    "transpose",
+    "determinant",
     "sin",
     "cos",
     "tan",
@@ -36,12 +40,20 @@ pub(crate) const CALLS: [&str; 40] = [
     "acos",
     "atan",
     "atan2",
+    "sinh",
+    "cosh",
     "tanh",
+    "asinh",
+    "acosh",
+    "atanh",
     "exp",
     "exp2",
     "log",
     "log2",
     "pow",
+    "ldexp",
+    "frexp",
+    "modf",
     "mix",
     "smoothstep",
     "step",
@@ -63,8 +75,9 @@ pub(crate) const CALLS: [&str; 40] = [
     "reverseBits",
 ];
 /// Those of which a mathematical library computes constants, each in its own way.
-const NOT_OF_CONSTANTS: [&str; 13] = [
-    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "tanh", "exp", "exp2", "log", "log2", "pow",
+const NOT_OF_CONSTANTS: [&str; 18] = [
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp",
+    "exp2", "log", "log2", "pow",
 ];
 
 /// A call that stands for an expression.
@@ -104,6 +117,7 @@ pub(crate) fn lowered(
         .iter()
         .filter_map(|(handle, function)| Some((function.name.clone()?, handle)))
         .collect();
+    return_predeclared(&mut module);
     let functions = module.functions.iter_mut().map(|(_, function)| function);
     let entries = module.entry_points.iter_mut().map(|entry| &mut entry.function);
     for (function, calls) in functions.chain(entries).zip(&all) {
@@ -123,6 +137,36 @@ pub(crate) fn lowered(
         message: format!("{:?}", error.into_inner()),
     })?;
     Ok(Some((source, module, info)))
+}
+
+/// Lets the library's functions of two results return the types that WGSL has for these, which have no name there.
+fn return_predeclared(module: &mut Module) {
+    let predeclared = module.special_types.predeclared_types.iter();
+    let predeclared: BTreeMap<_, _> = predeclared
+        .filter_map(|(predeclared, ty)| {
+            let (base, size) = match predeclared {
+                PredeclaredType::ModfResult { size, .. } => ("modf", size),
+                PredeclaredType::FrexpResult { size, .. } => ("frexp", size),
+                PredeclaredType::AtomicCompareExchangeWeakResult(_) => return None,
+            };
+            let size = size.map_or_else(String::new, |size| format!("_vec{}", size as u32));
+            Some((format!("wgsl_{base}{size}"), *ty))
+        })
+        .collect();
+    for (_, function) in module.functions.iter_mut() {
+        let ty = function.name.as_ref().and_then(|name| predeclared.get(name));
+        let (Some(ty), Some(result)) = (ty, &mut function.result) else {
+            continue;
+        };
+        for (_, expression) in function.expressions.iter_mut() {
+            if let Expression::Compose { ty: composed, .. } = expression
+                && *composed == result.ty
+            {
+                *composed = *ty;
+            }
+        }
+        result.ty = *ty;
+    }
 }
 
 /// Constants that a mathematical library would compute: calls of these functions that naga has replaced by their results.
@@ -201,6 +245,20 @@ impl Types<'_> {
         self.info[expression].ty.inner_with(&self.module.types)
     }
 
+    /// A function of matrices, or of one and a vector or number.
+    fn of_matrices(&self, base: &str, arguments: &[Handle<Expression>]) -> Option<String> {
+        let inners: Vec<_> = arguments.iter().map(|argument| self.inner(*argument)).collect();
+        let has_matrix = inners.iter().any(|inner| matches!(inner, TypeInner::Matrix { .. }));
+        let name = |inner: &&TypeInner| match inner {
+            TypeInner::Scalar(_) => Some("f32".to_owned()),
+            TypeInner::Vector { size, .. } => Some(format!("vec{}", *size as u32)),
+            TypeInner::Matrix { columns, rows, .. } => Some(format!("mat{}x{}", *columns as u32, *rows as u32)),
+            _ => None,
+        };
+        let types: Vec<_> = inners.iter().map(name).collect::<Option<_>>()?;
+        has_matrix.then(|| format!("wgsl_{base}_{}", types.join("_")))
+    }
+
     /// A function for arguments like this one.
     fn named(&self, base: &str, argument: Handle<Expression>) -> Option<String> {
         let inner = self.inner(argument);
@@ -221,8 +279,18 @@ impl Types<'_> {
     fn call(&self, expression: &Expression) -> Option<(String, Vec<Handle<Expression>>)> {
         match *expression {
             Expression::Binary { op, left, right } => {
-                let base = self.operator(op, left, right)?;
-                Some((self.named(base, left)?, vec![left, right]))
+                let arguments = vec![left, right];
+                let of_matrices = match op {
+                    BinaryOperator::Multiply => self.of_matrices("multiply", &arguments),
+                    BinaryOperator::Add => self.of_matrices("add", &arguments),
+                    BinaryOperator::Subtract => self.of_matrices("subtract", &arguments),
+                    _ => None,
+                };
+                let function = match of_matrices {
+                    Some(function) => function,
+                    None => self.named(self.operator(op, left, right)?, left)?,
+                };
+                Some((function, arguments))
             }
             Expression::Relational { fun, argument } => {
                 let base = match fun {
@@ -236,6 +304,14 @@ impl Types<'_> {
                 fun, arg, arg1, arg2, ..
             } => {
                 let mut arguments: Vec<_> = [Some(arg), arg1, arg2].into_iter().flatten().collect();
+                let of_matrices = match fun {
+                    MathFunction::Transpose => Some("transpose"),
+                    MathFunction::Determinant => Some("determinant"),
+                    _ => None,
+                };
+                if let Some(base) = of_matrices {
+                    return Some((self.of_matrices(base, &arguments)?, arguments));
+                }
                 let mut base = self.function(fun, arg)?;
                 if fun == MathFunction::Pow
                     && let Some(constant) = arg1.and_then(|power| self.power(power))
@@ -303,7 +379,15 @@ impl Types<'_> {
             F::Cos => "cos",
             F::Sin => "sin",
             F::Tan => "tan",
+            F::Sinh => "sinh",
+            F::Cosh => "cosh",
             F::Tanh => "tanh",
+            F::Asinh => "asinh",
+            F::Acosh => "acosh",
+            F::Atanh => "atanh",
+            F::Ldexp => "ldexp",
+            F::Frexp => "frexp",
+            F::Modf => "modf",
             F::Acos => "acos",
             F::Asin => "asin",
             F::Atan => "atan",
@@ -324,6 +408,8 @@ impl Types<'_> {
             F::Length => "length",
             F::Normalize => "normalize",
             F::Reflect => "reflect",
+            F::Refract => "refract",
+            F::FaceForward => "faceForward",
             F::Sign => "sign",
             F::Fma => "fma",
             F::Mix => "mix",
@@ -466,10 +552,15 @@ fn library(names: BTreeSet<String>, kernel: &str) -> String {
             continue;
         }
         let function = shipped.get(name.as_str()).cloned();
-        let function = function.unwrap_or_else(|| of_vectors(&name, &shipped));
+        let function = function.unwrap_or_else(|| {
+            result_of_two(&name)
+                .or_else(|| of_matrices(&name))
+                .unwrap_or_else(|| of_vectors(&name, &shipped))
+        });
         let used = words(&function).map(|(_, word)| word);
         wanted.extend(
             used.filter(|word| shipped.contains_key(word) || word.starts_with("wgsl_"))
+                .filter(|word| !word.ends_with(RESULT))
                 .map(str::to_owned),
         );
         text.push_str(&function);
@@ -488,6 +579,101 @@ fn shipped() -> BTreeMap<&'static str, String> {
         Some((name, format!("fn {function}\n}}")))
     });
     named.collect()
+}
+
+/// The functions that return two numbers, with the fields of their results.
+const OF_TWO: [(&str, [[&str; 2]; 2]); 2] = [
+    ("wgsl_modf", [["fract", "f32"], ["whole", "f32"]]),
+    ("wgsl_frexp", [["fract", "f32"], ["exp", "i32"]]),
+];
+
+/// A function that returns two numbers or vectors, with the struct that it returns.
+fn result_of_two(name: &str) -> Option<String> {
+    let (base, fields) = OF_TWO.iter().find(|(base, _)| {
+        let rest = name.strip_prefix(base);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with("_vec"))
+    })?;
+    let size = &name[base.len()..];
+    let ty = |scalar: &str| match size.strip_prefix('_') {
+        Some(vector) => format!("{vector}<{scalar}>"),
+        None => scalar.to_owned(),
+    };
+    let [first, second] =
+        fields.map(|[field, scalar]| (format!("{field}: {}", ty(scalar)), format!("{base}_{field}{size}(x)")));
+    let parameter = ty("f32");
+    Some(format!(
+        "struct {name}{RESULT} {{ {}, {} }}\nfn {name}(x: {parameter}) -> {name}{RESULT} {{\n    return {name}{RESULT}({}, {});\n}}",
+        first.0, second.0, first.1, second.1
+    ))
+}
+
+/// How the name of such a struct ends. WGSL has no name for the one that users' code takes it for.
+const RESULT: &str = "_result";
+
+/// A function of matrices: sums and products in a fixed order, of their columns.
+fn of_matrices(name: &str) -> Option<String> {
+    let mut words = name.strip_prefix("wgsl_")?.split('_');
+    let (base, types) = (words.next()?, words.collect::<Vec<_>>());
+    let sizes = |ty: &str| {
+        let (columns, rows) = ty.strip_prefix("mat")?.split_once('x')?;
+        Some([columns.parse::<usize>().ok()?, rows.parse::<usize>().ok()?])
+    };
+    let full = |ty: &str| {
+        if ty == "f32" {
+            ty.to_owned()
+        } else {
+            format!("{ty}<f32>")
+        }
+    };
+    let listed = |ty: String, count: usize, each: &dyn Fn(usize) -> String| {
+        let all: Vec<_> = (0..count).map(each).collect();
+        (ty.clone(), format!("{ty}({})", all.join(", ")))
+    };
+    let components = ["x", "y", "z", "w"];
+    let (result, value) = match (base, types.as_slice()) {
+        ("transpose", [a]) => {
+            let [columns, rows] = sizes(a)?;
+            listed(format!("mat{rows}x{columns}<f32>"), rows, &|row| {
+                let column = |column: usize| format!("a[{column}].{}", components[row]);
+                listed(format!("vec{columns}<f32>"), columns, &column).1
+            })
+        }
+        ("add" | "subtract", [a, _]) => {
+            let with = if base == "add" { '+' } else { '-' };
+            listed(full(a), sizes(a)?[0], &|column| {
+                format!("a[{column}] {with} b[{column}]")
+            })
+        }
+        ("multiply", [a, "f32"]) => listed(full(a), sizes(a)?[0], &|column| format!("a[{column}] * b")),
+        ("multiply", ["f32", b]) => listed(full(b), sizes(b)?[0], &|column| format!("a * b[{column}]")),
+        ("multiply", [a, b]) => match (sizes(a), sizes(b)) {
+            (Some([_, rows]), Some([columns, inner])) => {
+                listed(format!("mat{columns}x{rows}<f32>"), columns, &|column| {
+                    format!("wgsl_multiply_{a}_vec{inner}(a, b[{column}])")
+                })
+            }
+            (Some([columns, rows]), None) => {
+                let products: Vec<_> = (0..columns)
+                    .map(|at| format!("a[{at}] * b.{}", components[at]))
+                    .collect();
+                (format!("vec{rows}<f32>"), products.join(" + "))
+            }
+            (None, Some([columns, rows])) => listed(format!("vec{columns}<f32>"), columns, &|column| {
+                format!("wgsl_dot_vec{rows}(a, b[{column}])")
+            }),
+            _ => return None,
+        },
+        _ => return None,
+    };
+    let parameters: Vec<_> = ["a", "b"]
+        .iter()
+        .zip(&types)
+        .map(|(name, ty)| format!("{name}: {}", full(ty)))
+        .collect();
+    let parameters = parameters.join(", ");
+    Some(format!(
+        "fn {name}({parameters}) -> {result} {{\n    return {value};\n}}"
+    ))
 }
 
 /// A function of vectors, by that of their components.
@@ -536,6 +722,19 @@ fn of_vectors(name: &str, shipped: &BTreeMap<&str, String>) -> String {
             ty.clone(),
             format!("a - b * (2.0f * {dot}(b, a))"),
         ),
+        "wgsl_refract" => {
+            let parameters = format!("a: {ty}, b: {ty}, ratio: f32");
+            let value = format!("select({ty}(), ratio * a - (ratio * d + wgsl_sqrt(max(k, 0.0f))) * b, k >= 0.0f)");
+            let k = "let k = 1.0f - ratio * ratio * (1.0f - d * d)";
+            return format!(
+                "fn {name}({parameters}) -> {ty} {{\n    let d = {dot}(b, a);\n    {k};\n    return {value};\n}}"
+            );
+        }
+        "wgsl_faceForward" => (
+            format!("a: {ty}, b: {ty}, c: {ty}"),
+            ty.clone(),
+            format!("select(-a, a, {dot}(b, c) < 0.0f)"),
+        ),
         "wgsl_any" | "wgsl_all" => {
             let with = if base == "wgsl_any" { " | " } else { " & " };
             (
@@ -546,9 +745,11 @@ fn of_vectors(name: &str, shipped: &BTreeMap<&str, String>) -> String {
         }
         _ => {
             let head = shipped.get(base).and_then(|text| text.split_once('('));
-            let (head, _) = head
-                .and_then(|(_, rest)| rest.split_once(')'))
+            let (head, result) = head
+                .and_then(|(_, rest)| rest.split_once(") -> "))
                 .expect("the library has it");
+            let result = result.split_once(' ').map_or(result, |(result, _)| result);
+            let ty = format!("vec{size}<{result}>");
             let parameters: Vec<_> = head
                 .split(", ")
                 .filter_map(|parameter| parameter.split_once(": "))

@@ -55,10 +55,10 @@ impl fmt::Display for Rule {
 
 rules! {
     ExactFunctions "exact-functions"
-        "Of WGSL's functions, a part calls those that Oneiro can compute with the same bits on every device."
+        "No `pack4x8unorm`, `extractBits` and their like; no `sin` of a constant."
         why: "WGSL only limits the errors of functions such as `sin`, and each device computes them in its own way. \
               Oneiro computes most of them itself, with operations that every device rounds alike. A few that robots \
-              seldom need are missing. A function such as `sin` of a constant would be computed while the kernel is \
+              seldom need are missing: those that pack floats or bits, and derivatives. A function such as `sin` of a constant would be computed while the kernel is \
               compiled, by a library that differs between machines."
         wrong: "const QUARTER: f32 = sin(0.25);\n"
         right: "\
@@ -69,14 +69,14 @@ fn quarter() -> f32 {
 "
 
     FiniteConstants "finite-constants"
-        "Constants are numbers: not infinite, not NaN, and no nearer to zero than 1.2e-38, other than zero."
+        "Constants are finite, and 0 or at least 1.2e-38 in size."
         why: "WGSL lets a device assume that no float is infinite or NaN, and drop what tests for them. Floats nearer \
               to zero than 1.2e-38 (subnormal ones) count as zero on some devices and not on others."
         wrong: "const TINY: f32 = 1e-40f;\n"
         right: "const TINY: f32 = 1e-30f;\n"
 
     FloatBits "float-bits"
-        "`bitcast` turns bits into a float, but not a float into bits."
+        "`bitcast` turns bits into floats, but not floats into bits."
         why: "Devices agree about floats, except about the sign of zero and about the bits of a result that \
               is not a number. A driver may drop `x * 0.0f`, and with it the sign. No other operation shows these bits."
         wrong: "\
@@ -91,31 +91,22 @@ fn is_negative(x: f32) -> bool {
 "
 
     SupportedTypes "supported-types"
-        "Types are f32, u32, i32, bool, and vectors, arrays and structs of them."
-        why: "Not every device has floats of 16 bits. Products of matrices leave open in which order sums are made. \
-              What textures and samplers return depends on the hardware, and what atomic variables hold depends on \
-              which episode comes first."
-        wrong: "\
-fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
-    var turn: mat2x2<f32>;
-    return v * c + vec2<f32>(-v.y, v.x) * s;
-}
-"
-        right: "\
-fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
-    return v * c + vec2<f32>(-v.y, v.x) * s;
-}
-"
+        "No f16, textures, samplers or atomics."
+        why: "Types are f32, u32, i32, bool, vectors, arrays and structs of them, and matrices of f32. Not every device \
+              has floats of 16 bits. What textures and samplers return depends on the hardware, and what atomic \
+              variables hold depends on which episode comes first."
+        wrong: "fn gain(x: f32) -> f32 { return f32(f16(x)); }\n"
+        right: "fn gain(x: f32) -> f32 { return x; }\n"
 
     NoOverride "no-override"
-        "Constants are declared by `const`. Values that an experiment sets are in the part's struct of values."
+        "`const` instead of `override`; an experiment sets a part's struct of values."
         why: "An `override` gets its value when a driver compiles the kernel. The CPU's code is not compiled by a \
               driver, so nothing would set its value there."
         wrong: "override factor: f32 = 2.0f;\n"
         right: "const FACTOR: f32 = 2.0f;\n"
 
     LargeVariable "large-variable"
-        "A variable or value has at most 64 KB, and so have all arrays of a kernel together."
+        "A variable has at most 64 KB, and so have all arrays of a kernel together."
         why: "Up to 64 episodes run side by side on a processor, and each has its own copy of every variable. Larger ones \
               would overflow the stack, which ends the program. Where arrays are large, fewer episodes run side by side. An \
               array of a function counts again at each call of it, since the function's body replaces each call."
@@ -133,7 +124,7 @@ fn first() -> f32 {
 "
 
     LargeKernel "large-kernel"
-        "A kernel has at most 100,000 values and calls, with the body of each function instead of each call."
+        "At most 100,000 values and calls, with functions' bodies instead of calls."
         why: "Each call is replaced by the body of its function, since episodes that run side by side can't call \
               different ones. Functions that call others many times multiply the kernel again and again, and compiling \
               would not end."
@@ -158,7 +149,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 "
 
     IndexedArrays "indexed-arrays"
-        "Readings have names and no index: `reading(readings, i)` gives one by its number."
+        "Readings have no index: write `reading(readings, i)`."
         why: "Readings are the fields of a struct, which has no index in WGSL. Arrays and vectors may be indexed by any \
               number, unless the element is itself an array that is indexed by a computed number."
         wrong: "\
@@ -173,8 +164,7 @@ fn second(readings: Readings) -> f32 {
 "
 
     SameIndex "same-index"
-        "The index of a local array of more than 256 elements is the same in all episodes: a constant, or a number that a loop \
-         counts."
+        "An index into more than 256 elements is a constant, or a loop's counter."
         why: "On a processor, 4 to 64 episodes run side by side in one vector, and an element is loaded for all of them \
               together. If the index differs, the kernel goes through the whole array, which takes long where that has \
               many elements."
@@ -219,12 +209,12 @@ fn sum(a: f32, b: f32) -> f32 {
 "
 
     LoopWithoutBound "loop-without-bound"
-        "Loops have a bound known before they run: they count from a constant to a constant, or a u32 up to an end that has a \
-         visible maximum, such as `min(x, 8u)`."
+        "A loop counts from a constant to a constant, or to such as `min(x, 8u)`."
         why: "Nothing can stop a kernel on a GPU. A loop that doesn't end freezes the screen until the driver resets \
               the device, and the run is lost. Software drivers leave long loops without saying so, and results \
-              differ. So Oneiro must know before the first cycle how often each loop turns at most. Nothing else \
-              changes the counter, and the step is a constant. Besides `min(x, 8u)`, the end of a u32 may be `x % 8u`, \
+              differ. So Oneiro must know before the first cycle how often each loop turns at most. A `for`, a `while` \
+              or a `loop` has a counter that is set before it and changed once in each turn, by a constant, outside of \
+              `if` and before any `continue`; its test may have more conditions, such as `i < 9u && !found`. Besides `min(x, 8u)`, the end of a u32 may be `x % 8u`, \
               `x & 7u`, a `select` of such, the counter of a loop around it, and sums and products of these. With `<=` \
               or a step above 1, the maximum of the end plus the step must be below 2^32 - 1, or the counter could \
               begin again from 0."
@@ -240,15 +230,13 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     var x = abs(now.end.x);
-    for (var i = 0u; i < 40u; i++) {
-        if (x > 1.0f) { x *= 0.5f; sum += 1.0f; }
-    }
+    for (var i = 0u; i < 40u && x > 1.0f; i++) { x *= 0.5f; sum += 1.0f; }
     return Reward(sum, before);
 }
 "
 
     TooManyTurns "too-many-turns"
-        "All loops of a cycle together, those of the simulator included, turn at most 100,000 times."
+        "All loops of a cycle, the simulator's too, turn at most 100,000 times."
         why: "A run is stopped between cycles, and an episode is cut between cycles into pieces that are short enough for \
               a GPU: drivers reset a device whose work takes longer than some seconds. So no cycle may take long."
         wrong: "\
@@ -267,7 +255,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 "
 
     EntryPoint "entry-point"
-        "A part declares plain functions, without `@compute` and its like."
+        "No `@compute` and its like."
         why: "A kernel begins at one place, Oneiro's own, which gives each episode its number, its genes and its random \
               numbers. What a part's entry point could read depends on how the work was cut."
         wrong: "\
@@ -284,7 +272,7 @@ fn prepare() {}
         right: "fn not_negative(x: f32) -> f32 { return max(x, 0.0f); }\n"
 
     ReservedName "reserved-name"
-        "Nothing is declared with the name of one of Oneiro's structs, or of a function that parts may call."
+        "Nothing has the name of Oneiro's structs, or of functions for parts."
         why: "A part is put together with Oneiro's own files into one kernel, in which each name is declared once. \
               These names mean the same in all parts; other names of Oneiro's files are free, and theirs give way. \
               Names of readings also name genes, so a custom reading can't have the name of one of the robot's."
@@ -292,7 +280,7 @@ fn prepare() {}
         right: "fn is_blocked(x: f32) -> bool { return x < 27.5f; }\n"
 
     OwnBuffers "own-buffers"
-        "A part declares no buffer and no variable outside of functions: its memory is its struct of state."
+        "No buffers, and no variables outside of functions: memory is in the state."
         why: "Oneiro makes and fills a kernel's buffers; another one would stay empty. A variable outside of functions \
               begins anew in each piece that an episode is cut into, so that results would depend on the cuts. The \
               state goes from cycle to cycle on every device."
@@ -305,14 +293,14 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 "
 
     KernelBuffers "kernel-buffers"
-        "The kernel's buffers, such as `worlds` and `fitness`, are not named in a part."
+        "The kernel's buffers, such as `worlds` and `fitness`, are not named."
         why: "They hold the genes, states and results of all episodes of a batch. A part that reads or writes there \
               reaches other episodes, and results depend on what else is in the batch."
         wrong: "fn best() -> f32 { return fitness[0]; }\n"
         right: "fn best(memory: TaskState, sum: f32) -> f32 { return sum; }\n"
 
     BatchPlace "batch-place"
-        "A part does not read the fields of an `Episode`: it passes `episode` itself on."
+        "The fields of an `Episode` are not read."
         why: "They say where in its batch an episode is. The same episode has another place on another device, or next to \
               other runs, so a result that depends on its place could not be repeated."
         wrong: "\
@@ -327,8 +315,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 "
 
     EpisodeAsGiven "episode-as-given"
-        "A function passes on the `Episode` that it is given. No part makes one, changes one, or keeps one in a variable, a \
-         struct or an array."
+        "An `Episode` is passed on as given: not made, not changed and not kept."
         why: "An `Episode` has indices into the kernel's buffers. Every function that takes one, such as `gene` and \
               `robot_pose`, reads there. With other indices it would read or write another episode of the batch, and \
               results would depend on what else is in the batch. `let same = episode;` is fine."
@@ -345,14 +332,14 @@ fn draw(episode: Episode, step: u32) -> f32 {
 "
 
     AllowedCalls "allowed-calls"
-        "Of Oneiro's functions, a part calls only those that docs/extend.md lists."
+        "Of Oneiro's functions, parts call only those that docs/extend.md lists."
         why: "The others take indices into the kernel's buffers, with which a part could reach other episodes, and they \
               change from version to version."
         wrong: "fn is_free(x: f32, y: f32) -> bool { return !touches(0u, vec2<f32>(x, y)); }\n"
         right: "fn is_free(episode: Episode, x: f32, y: f32) -> bool { return !blocked(episode, vec2<f32>(x, y)); }\n"
 
     MissingDeclaration "missing-declaration"
-        "A part declares what the kernel calls: its function `.._cycle`, a controller's genes, sensors' readings."
+        "Parts declare `.._cycle`, controllers also genes, and sensors readings."
         why: "The kernel calls these functions by their names and uses these constants and structs. Other functions \
               have a default, but none makes sense here."
         wrong: "\
@@ -368,7 +355,7 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 "
 
     DeclaredForm "declared-form"
-        "Functions that the kernel calls have the parameters and the result that docs/extend.md gives."
+        "Functions that Oneiro calls have the form that docs/extend.md gives."
         why: "The kernel passes these arguments and takes this result. With others it could not be compiled, and the \
               message would be about one of Oneiro's files."
         wrong: "\
@@ -383,7 +370,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 "
 
     UncalledFunction "uncalled-function"
-        "A function whose name begins with `task_`, `controller_` or `sensor_` is called: by Oneiro, or by a part."
+        "Functions named `task_..`, `controller_..` or `sensor_..` are called."
         why: "Oneiro calls the functions of a part by their names and has a default for each that is missing. A name that \
               is misspelt would be a missing function, and the run would go on with the default without saying so."
         wrong: "\
@@ -394,7 +381,7 @@ fn task_ends(episode: Episode, memory: TaskState) -> bool { return true; }
 "
 
     ValueForm "value-form"
-        "A value that an experiment may set is an f32 with the comment `DEFAULT, LEAST to GREATEST UNIT: MEANING`."
+        "Values are `NAME: f32, // DEFAULT, LEAST to GREATEST UNIT: MEANING`."
         why: "From this comment come the default, the check of what an experiment sets, and what `oneiro check` shows. \
               Without limits a typing error would run for hours."
         wrong: "\
@@ -427,8 +414,7 @@ fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorStat
 "
 
     GeneForm "gene-form"
-        "A named gene is an f32 or an array of them, and its range, if it has one, the comment `LEAST to GREATEST \
-         UNIT: MEANING`."
+        "Genes are f32 or arrays of them: `// LEAST to GREATEST UNIT: MEANING`."
         why: "Tables have a column for each gene, and its name in capitals is the constant of its index, so the name itself \
               is in lower case. A comment that begins with a number has to be a whole range: with half of one, a gene would \
               evolve in the range of all others, and nothing would show it."
@@ -476,7 +462,7 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 "
 
     UnknownName "unknown-name"
-        "Each name that is used is declared: in the part, in another part of the experiment, or in docs/extend.md."
+        "Each name is declared in a part of the experiment or in docs/extend.md."
         why: "A name that nothing declares is usually misspelt; the message then has the one that is most like it."
         wrong: "fn half_of(x: f32) -> f32 { return x * recirpocal(2.0f); }\n"
         right: "fn half_of(x: f32) -> f32 { return x * reciprocal(2.0f); }\n"
@@ -497,7 +483,7 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
         right: "fn count(x: f32) -> u32 { return u32(max(x, 0.0f)); }\n"
 
     Internal "internal"
-        "Oneiro's own files keep these rules; no part can break them."
+        "Oneiro's files keep these rules; no part can break them."
         why: "Some of what the compiler refuses can't be written in a part: it concerns Oneiro's own buffers and its \
               entry point. If a part is refused with this rule, the mistake is Oneiro's: please report it with the \
               part."

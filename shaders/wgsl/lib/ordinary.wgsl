@@ -202,6 +202,70 @@ fn wgsl_tanh(x: f32) -> f32 {
     return select(result, -result, x < 0.0f);
 }
 
+// e^x and e^-x, half of each, for x in [0, 87]. The latter is kept from underflow: from 21 on it counts for nothing.
+fn wgsl_half_exponentials(x: f32) -> vec2<f32> {
+    let growing = exponential_within(x);
+    return vec2<f32>(0.5f * growing, 0.5f * reciprocal(min(growing, 0x1p30f)));
+}
+
+// sinh(x), x clamped to [-87, 87]. Error 3.6 ulp. Below 1 the first terms of its series.
+fn wgsl_sinh(x: f32) -> f32 {
+    let size = min(abs(x), 87.0f);
+    let bounded = max(min(size, 1.0f), 0x1p-40f);
+    let w = bounded * bounded;
+    let p = w * (0.16666667f + w * (0.008333334f + w * (1.984127e-4f + w * (2.7557319e-6f + w * 2.5052108e-8f))));
+    let halves = wgsl_half_exponentials(size);
+    let result = select(size * (1.0f + p), halves.x - halves.y, size > 1.0f);
+    return select(result, -result, x < 0.0f);
+}
+
+// cosh(x), x clamped to [-87, 87]. Error 3.1 ulp.
+fn wgsl_cosh(x: f32) -> f32 {
+    let halves = wgsl_half_exponentials(min(abs(x), 87.0f));
+    return halves.x + halves.y;
+}
+
+// ln(1 + x) for x of 0 or from 2^-126 to 2^126, without the rounding of 1 + x: as of logarithm, with g = (1 + x) 2^-k - 1 of
+// x itself.
+fn wgsl_logarithm_beyond_one(x: f32) -> f32 {
+    let exponent = (bitcast<u32>(1.0f + x) - 0x3f3504f3u) >> 23u;
+    let scale = bitcast<f32>(0x3f800000u - (exponent << 23u));
+    let k = f32(exponent);
+    let g = x * scale + (scale - 1.0f);
+    let bounded = select(g, 0.0f, abs(g) < 0x1p-40f);
+    let w = bounded * bounded;
+    let p = 0.33333907f + bounded * (-0.25001344f + bounded * (0.19963022f + bounded * (-0.16577557f + bounded * (0.14914769f + bounded * (-0.14267488f + bounded * 0.08703363f)))));
+    let rest = (bounded * w * p - k * 2.1219444e-4f) - 0.5f * w;
+    return (g + rest) + k * 0.69335938f;
+}
+
+// asinh(x), every x. Error 2.7 ulp. asinh x = ln(1 + (x + x^2 / (1 + sqrt(1 + x^2)))), and ln(x / 4) + 3 ln 2 from 2^30 on.
+fn wgsl_asinh(x: f32) -> f32 {
+    let size = abs(x);
+    let is_large = size > 0x1p30f;
+    let bounded = clamp(size, 0x1p-40f, 0x1p30f);
+    let more = min(size, 0x1p30f) * (1.0f + wgsl_divide(bounded, 1.0f + wgsl_sqrt(1.0f + bounded * bounded)));
+    let near = wgsl_logarithm_beyond_one(select(more, 0.25f * size, is_large));
+    let result = near + select(0.0f, 2.0794415f, is_large);
+    return select(result, -result, x < 0.0f);
+}
+
+// acosh(x) for x from 1, to which x is raised. Error 2.8 ulp. acosh x = ln(1 + (t + sqrt(t (2 + t)))) with t = x - 1, and
+// ln(x / 4) + 3 ln 2 from 2^30 on.
+fn wgsl_acosh(x: f32) -> f32 {
+    let is_large = x > 0x1p30f;
+    let t = clamp(x, 1.0f, 0x1p30f) - 1.0f;
+    let near = wgsl_logarithm_beyond_one(select(t + wgsl_sqrt(t * (2.0f + t)), 0.25f * x, is_large));
+    return near + select(0.0f, 2.0794415f, is_large);
+}
+
+// atanh(x) for |x| < 1; x is clamped to 1 - 2^-24 and its negative. Error 2.4 ulp. atanh x = ln(1 + 2x / (1 - x)) / 2.
+fn wgsl_atanh(x: f32) -> f32 {
+    let size = min(abs(x), 0x1.fffffep-1f);
+    let result = 0.5f * wgsl_logarithm_beyond_one(wgsl_divide(2.0f * size, 1.0f - size));
+    return select(result, -result, x < 0.0f);
+}
+
 // e^x, x clamped to [-87, 87]. Error 2.8 ulp.
 fn wgsl_exp(x: f32) -> f32 {
     return exponential(x);
@@ -266,6 +330,23 @@ fn wgsl_pow_four(x: f32) -> f32 {
     return (x * x) * (x * x);
 }
 
+// x 2^n. Exact; beyond the range of floats the largest float, below 2^-126 0.
+fn wgsl_ldexp(x: f32, n: i32) -> f32 {
+    let exponent = wgsl_exponent(x) + clamp(n, -600, 600);
+    let bits = (bitcast<u32>(x) & 0x7fffffu) | (bitcast<u32>(clamp(exponent, 1, 254)) << 23u);
+    let size = select(bitcast<f32>(select(bits, 0x7f7fffffu, exponent > 254)), 0.0f, (x == 0.0f) | (exponent < 1));
+    return select(size, -size, x < 0.0f);
+}
+
+// x as a number in [1/2, 1) times a power of two: the number with the sign of x, and the exponent. Exact; 0 and 0 for 0.
+fn wgsl_frexp_fract(x: f32) -> f32 {
+    let size = select(0.5f * wgsl_significand(x), 0.0f, x == 0.0f);
+    return select(size, -size, x < 0.0f);
+}
+fn wgsl_frexp_exp(x: f32) -> i32 {
+    return select(wgsl_exponent(x) - 126, 0, x == 0.0f);
+}
+
 // The functions from here on are computed as WGSL defines them, each operation rounded.
 fn wgsl_ceil(x: f32) -> f32 {
     return -floor(-x);
@@ -279,6 +360,12 @@ fn wgsl_round(x: f32) -> f32 {
 }
 fn wgsl_fract(x: f32) -> f32 {
     return x - floor(x);
+}
+fn wgsl_modf_fract(x: f32) -> f32 {
+    return x - trunc(x);
+}
+fn wgsl_modf_whole(x: f32) -> f32 {
+    return trunc(x);
 }
 fn wgsl_sign(x: f32) -> f32 {
     return select(select(0.0f, 1.0f, x > 0.0f), -1.0f, x < 0.0f);
@@ -310,6 +397,28 @@ fn wgsl_smoothstep(low: f32, high: f32, x: f32) -> f32 {
 }
 fn wgsl_cross_vec3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+// Of matrices: sums of products, each sum from left to right.
+fn wgsl_determinant_mat2x2(m: mat2x2<f32>) -> f32 {
+    return m[0].x * m[1].y - m[1].x * m[0].y;
+}
+fn wgsl_determinant_mat3x3(m: mat3x3<f32>) -> f32 {
+    let products = m[0] * wgsl_cross_vec3(m[1], m[2]);
+    return products.x + products.y + products.z;
+}
+// By the determinants of two rows of the first two columns and of the other two rows of the others (Laplace).
+fn wgsl_determinant_mat4x4(m: mat4x4<f32>) -> f32 {
+    let a = m[0];
+    let b = m[1];
+    let first = vec3<f32>(a.x * b.y - b.x * a.y, a.x * b.z - b.x * a.z, a.x * b.w - b.x * a.w);
+    let second = vec3<f32>(a.z * b.w - b.z * a.w, b.y * a.w - a.y * b.w, a.y * b.z - b.y * a.z);
+    let c = m[2];
+    let d = m[3];
+    let third = vec3<f32>(c.z * d.w - d.z * c.w, d.y * c.w - c.y * d.w, c.y * d.z - d.y * c.z);
+    let fourth = vec3<f32>(c.x * d.y - d.x * c.y, c.x * d.z - d.x * c.z, c.x * d.w - d.x * c.w);
+    let products = first * third;
+    let others = second * fourth;
+    return (products.x + products.y + products.z) + (others.x + others.y + others.z);
 }
 fn wgsl_length(x: f32) -> f32 {
     return abs(x);

@@ -203,7 +203,7 @@ fn files(place: &Place) {
     let head = "struct TaskState {\n    heat: f32,\n}\nfn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {\n    return TaskState(0.0f);\n}\n";
     for (name, body) in [
         ("constant", "return Reward(cos(0.5), before);"),
-        ("suffix", "return Reward(sinh(0.5), before);"),
+        ("suffix", "return Reward(quantizeToF16(0.5), before);"),
         ("misspelt", "return Reward(hihgest(episode), before);"),
         ("glsl", "float x = 1.0f;\n    return Reward(x, before);"),
         ("no-field", "return Reward(now.speed, before);"),

@@ -105,6 +105,49 @@ fn loops_that_run_to_their_end_turn_as_often_as_is_said() {
              for (var i = 0u; i < 2u; i++) { sum += i; }",
             8 + 7 * 4 + 3,
         ),
+        // Other forms, where the step is before the test or after it.
+        ("var i = 2u; while (i < 7u) { sum += i; i++; }", 6),
+        ("var i = 7; while i > 0 { i -= 2; sum += 1u; }", 5),
+        ("for (var i = 0u; i < 7u;) { i += 2u; sum += i; }", 5),
+        ("var i = 0u; loop { if (i >= 7u) { break; } sum += i; i++; }", 8),
+        ("var i = 0u; loop { if (i == 8u) { break; } sum += i; i += 2u; }", 5),
+        ("var i = 0u; loop { i++; if (i >= 7u) { break; } sum += i; }", 7),
+        (
+            "var i = 0u; loop { sum += i; i++; if (i > 6u) { sum += 1u; break; } }",
+            7,
+        ),
+        ("var i = 0; loop { sum += 1u; continuing { i++; break if i == 3; } }", 3),
+        (
+            "var i = 0u; loop { let c = i; i++; if (c >= 3u) { break; } sum += c; }",
+            4,
+        ),
+        ("var i = 0u; while (true) { if !(i < 3u) { break; } i++; }", 4),
+        (
+            "var i = 0u; while (i < min(worlds[0].count, MOST)) { var k = 3; while (k != 0) { k--; } i++; }",
+            6 + 5 * 4,
+        ),
+        (
+            "var i = 0u; loop { for (var k = 0u; k < 3u; k++) { sum += k; } i++; if (i == 4u) { break; } }",
+            4 + 4 * 4,
+        ),
+        (
+            "if (lane > 3u) { var i = 5u; while (i < 7u) { i++; } for (var k = 3; k > 0; k--) { sum += 1u; } }",
+            3 + 4,
+        ),
+        ("for (var x = 0.0; x < 1.0; x += 0.1) { sum += 1u; }", 11),
+        (
+            "var x = 1.0; loop { x -= 0.25; if (x <= 0.0) { break; } sum += 1u; }",
+            4,
+        ),
+        // `&&` and `||` are branches.
+        ("for (var i = 0u; i < 7u && sum < 100u; i++) { sum += i; }", 8),
+        ("for (var i = 0; sum < 100u && i < 7; i++) { sum += 1u; }", 8),
+        (
+            "var i = 0u; while (sum < 100u && !(i >= 7u) && (sum < 90u && sum < 80u)) { sum += i; i++; }",
+            8,
+        ),
+        ("var i = 0u; loop { if (sum > 100u || i >= 7u) { break; } i++; }", 8),
+        ("var i = 0u; loop { if (i >= 7u || sum > 100u) { break; } i++; }", 8),
     ] {
         assert_eq!(turns(body), (expected, expected), "{body}");
     }
@@ -167,6 +210,41 @@ fn loops_that_end_early_turn_no_oftener_than_is_said() {
             "var i = 0u; loop { if (i < 3u) { } else { break; } continuing { i++; for (var k = 0u; k < i; k++) { sum += k; } } }",
             4 + 3 * 5,
         ),
+        (
+            "var i = 0u; while (i < 7u) { for (var k = 0u; k < i; k++) { sum += k; } i++; for (var k = 0u; k < i; k++) { } }",
+            8 + 7 * (8 + 9),
+        ),
+        // Where the step comes first, the counter is at the end when it is tested last.
+        (
+            "var i = 0u; loop { for (var k = 0u; k < i; k++) { } i++; for (var k = 0u; k < i; k++) { } if (i >= 3u) { break; } }",
+            3 + 3 * (4 + 5),
+        ),
+        // The first step wraps around.
+        (
+            "var i = 4294967295u; loop { i++; if (i >= 7u) { break; } sum += i; }",
+            8,
+        ),
+        ("var i = lane; loop { i += 3u; if (i >= 7u) { break; } sum += i; }", 4),
+        (
+            "var found = false; for (var i = 0u; i < 9u && !found; i++) { found = i == lane; }",
+            10,
+        ),
+        (
+            "var i = 0u; while (i < 9u) { i++; if (i == lane) { continue; } sum += i; }",
+            10,
+        ),
+        ("var i = 0u; while (i < 9u) { if (i == lane) { break; } i++; }", 10),
+        // Ends and starts with a maximum.
+        ("for (var i = 0; i < min(i32(lane), 7); i++) { sum += 1u; }", 8),
+        (
+            "for (var i = -1; i <= clamp(i32(lane), 0, 7); i += 2) { sum += 1u; }",
+            6,
+        ),
+        ("for (var i = 0; i < i32(lane % 7u); i++) { sum += 1u; }", 7),
+        ("var i = min(lane, 7u); while (i > 0u) { i--; sum += 1u; }", 8),
+        ("for (var i = min(i32(lane), 7); i >= 0; i -= 3) { sum += 1u; }", 4),
+        // A loop after another one, which leaves the counter anywhere.
+        ("var i = 0u; while (i < 9u) { i++; } while (i < 20u) { i++; }", 10 + 21),
     ] {
         let (bound, counted) = turns(body);
         assert!(counted <= bound, "{counted} turns of {bound}: {body}");
@@ -199,6 +277,33 @@ fn loops_without_a_bound_are_refused_with_their_line() {
         "for (var i = 0; i < i32(lane); i++) { sum += 1u; }",
         "for (var i = i32(lane); i < 7; i++) { sum += 1u; }",
         "while (sum < 7u) { if (lane > 3u) { continue; } sum++; }",
+        "while (sum < 7u) { if (lane > 3u) { sum++; } }",
+        "while (sum < 7u) { sum++; sum--; }",
+        "while (sum < 7u || lane > 3u) { sum++; }",
+        "while (!(sum < 7u && lane > 3u)) { sum++; }",
+        "while (sum != 7u) { sum += 2u; }",
+        "while (sum < 7u) { sum += lane; }",
+        "var i = 3; while (i < i32(lane)) { i++; }",
+        "var i = 3; i = i32(lane); while (i < 9) { i++; }",
+        "var i = 0; if (lane > 3u) { i = 7; } while (i < 9) { i++; }",
+        "for (var x = 0.0; x < 1e9; x += 0.1) { sum += 1u; }",
+        "for (var x = 0.0; x != 1.0; x += 0.1) { sum += 1u; }",
+        "for (var x = f32(lane); x < 9.0; x += 1.0) { sum += 1u; }",
+        "for (var i = 0; i < max(i32(lane), 7); i++) { sum += 1u; }",
+        "for (var i = min(i32(lane), 7); i < 9; i++) { sum += 1u; }",
+        "for (var i = min(lane, 7u); i > 0u; i -= 2u) { sum += 1u; }",
+        "for (var i = 0; i < min(i32(lane), 2147483647); i += 2) { sum += 1u; }",
+        "for (var i = 0; i != min(i32(lane), 7); i++) { sum += 1u; }",
+        "var i = min(lane, 7u); loop { i--; if (i <= 0u) { break; } }",
+        "for (var i = 0; i < i32(min(lane, 4294967295u)); i++) { sum += 1u; }",
+        "var go = true; while (go) { sum++; go = sum < 7u; }",
+        "var i = 7u; loop { i--; if (i < 0u) { break; } }",
+        "var i = 0; loop { i += 3; if (i == 7) { break; } }",
+        "var i = 2147483647; loop { i++; if (i >= 7) { break; } }",
+        "var i = 0u; loop { if (i >= 7u) { for (var k = 0u; k < lane; k++) { } break; } i++; }",
+        "var i = 0u; loop { if (i >= 7u) { if (lane > 3u) { continue; } break; } i++; }",
+        "var i = 0u; let c = i; while (c < 7u) { i++; }",
+        "var i = 0u; loop { if (lane > 3u) { continue; } if (i >= 7u) { break; } continuing { i++; } }",
         "while (sum < 7u) { sum *= 2u; }",
         "loop { sum++; if (sum > lane) { break; } }",
         "for (var i = 0u; i < 7u; i++) { for (var k = 0u; k < lane; k++) { sum += k; } }",
@@ -222,6 +327,32 @@ fn loops_without_a_bound_are_refused_with_their_line() {
                 && message.contains("`for (var i = "),
             "`{body}`: {message}"
         );
+    }
+}
+
+#[test]
+fn the_message_has_a_loop_with_the_same_test() {
+    for (body, expected) in [
+        (
+            "while (sum < lane) { sum++; sum++; }",
+            "`for (var i = 0u; i < 40u && (sum < lane); i++) { .. }`",
+        ),
+        (
+            "while sum < lane  || lane > 3u { sum++; sum++; }",
+            "`for (var i = 0u; i < 40u && (sum < lane || lane > 3u); i++) { .. }`",
+        ),
+        (
+            "while (sum < lane) || (lane > 3u) { sum++; sum++; }",
+            "`for (var i = 0u; i < 40u && ((sum < lane) || (lane > 3u)); i++) { .. }`",
+        ),
+        (
+            "loop { if (lane > 3u) { break; } }",
+            "`for (var i = 0u; i < 40u; i++) { .. }`, with `break` in it",
+        ),
+    ] {
+        let compiled = compile("kernel", &parts(body), Indices::Clamped).unwrap();
+        let message = compiled.bounded().unwrap_err()[0].to_string();
+        assert!(message.contains(expected), "{message}");
     }
 }
 

@@ -174,26 +174,28 @@ fn habits_from_other_languages_are_answered() {
             "in `made`: a constant number of bits to shift by is at most 31",
         ),
         (
-            "var i = 0u; while (i < 3u) { i++; }",
-            "bound it by a number, and test inside: `for (var i = 0u; i < 40u; i++) { if (condition) { .. } }`",
+            "var i = 0u; while (i < n) { i++; }",
+            "give it a maximum, such as 40: `for (var i = 0u; i < 40u && (i < n); i++) { .. }`",
         ),
         (
             "for (var i = 0; i < i32(n); i++) {}",
-            "write `for (var i = start; i < end; i += step)`, where `start` and `end` are constants, or `i` is a u32 and \
-             `end` has a visible maximum, such as `min(x, 8u)`",
+            "write `for (var i = start; i < end; i += step)`, where `start` is a constant, and `end` is one or has a \
+             visible maximum, such as `min(x, 8u)`",
         ),
         (
             "for (var i: i32 = 0; i < 3; i--) {}",
-            "count down from a constant to a constant, or upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`",
+            "write `for (var i = start; i > end; i -= step)`, where `end` is a constant, and `start` is one or has a visible \
+             maximum, such as `min(x, 8u)`; or count upwards",
         ),
         (
             "for (var i = n; i > 0u; i--) {}",
-            "count down from a constant to a constant, or upwards: `for (var i = 0u; i < 3u; i++)`, and use `2u - i`",
+            "write `for (var i = start; i > end; i -= step)`, where `end` is a constant, and `start` is one or has a visible \
+             maximum, such as `min(x, 8u)`; or count upwards",
         ),
         (
             "for (var i = 0u; i < n; i++) {}",
-            "write `for (var i = start; i < end; i += step)`, where `start` and `end` are constants, or `i` is a u32 and \
-             `end` has a visible maximum, such as `min(x, 8u)`",
+            "write `for (var i = start; i < end; i += step)`, where `start` is a constant, and `end` is one or has a \
+             visible maximum, such as `min(x, 8u)`",
         ),
         // Whether anything uses the element or not.
         ("var a: array<f32, 999>; let y = a[n & 1u];", SAME_INDEX),

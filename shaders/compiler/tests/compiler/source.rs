@@ -49,7 +49,10 @@ fn names_of_several_bytes_do_not_shift_lines() {
 fn each_stage_names_the_part() {
     let main = "@compute @workgroup_size(64)\nfn main(@builtin(local_invocation_index) lane: u32) {}\n";
     for (part, problem) in [
-        ("// the text\nfn f() {\n    _ = sinh(1.0f);\n}", "sinh"),
+        (
+            "// the text\nfn f() {\n    _ = quantizeToF16(1.0f);\n}",
+            "quantizeToF16",
+        ),
         ("// the parser\nfn f() {\n    let x = ;\n}", "expected expression"),
         (
             "// the types\nfn f() {\n    var x = 1u; x = 1.0f;\n}",

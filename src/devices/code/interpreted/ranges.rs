@@ -54,7 +54,7 @@ const COSINE: Range = Range {
     ..POSITIVE
 };
 
-const RANGES: [Range; 15] = [
+const RANGES: [Range; 17] = [
     Range {
         function: "reciprocal",
         call: "reciprocal(",
@@ -144,6 +144,20 @@ const RANGES: [Range; 15] = [
     Range {
         function: "wgsl_acos",
         call: "acos(",
+        ..COSINE
+    },
+    Range {
+        function: "wgsl_acosh",
+        call: "acosh(",
+        least: 1.0,
+        words: "from 1",
+        ..POSITIVE
+    },
+    Range {
+        function: "wgsl_atanh",
+        call: "atanh(",
+        greatest: 1.0f32.next_down(),
+        words: "between -1 and 1",
         ..COSINE
     },
 ];

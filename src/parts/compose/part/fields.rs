@@ -262,6 +262,7 @@ pub(super) fn memory(part: &compiler::Part, name: &str, problems: &mut Refusals)
                 "float" | "double" => "; write `f32`",
                 "int" => "; write `i32`",
                 "uint" | "unsigned" => "; write `u32`",
+                _ if ty.starts_with("mat") => "; keep its columns",
                 _ => "",
             };
             let problem =
