@@ -378,7 +378,7 @@ fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) 
 pub(crate) enum Command {
     /// Write an experiment to start from, or list all keys
     New(New),
-    /// Make an experiment from a file of another simulator
+    /// Make an experiment from a file of another simulator or from a map
     Import(Import),
     /// Check an experiment, summarise it and draw its arena
     Check(Check),
