@@ -21,6 +21,7 @@ use oneiro_base::console::{Console, Output, shown};
 use oneiro_base::exit;
 use oneiro_base::files;
 use oneiro_lab::experiment::{self, SEED, reference, robots};
+use oneiro_lab::import;
 use oneiro_lab::reality::site::SEVERITY;
 use oneiro_lab::reality::wired::{self, Starts};
 use oneiro_lab::sweep::store::Shard;
@@ -377,7 +378,7 @@ fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) 
 pub(crate) enum Command {
     /// Write an experiment to start from, or list all keys
     New(New),
-    /// Make an experiment from a file of another simulator
+    /// Make an experiment from a file of another simulator or from a map
     Import(Import),
     /// Check an experiment, summarise it and draw its arena
     Check(Check),
@@ -486,14 +487,14 @@ pub(crate) struct Import {
     /// Which maze of a file with several
     #[arg(long, value_name = "NAME")]
     pub(crate) maze: Option<String>,
-    /// Side of a pixel of a map that is a picture
-    #[arg(long, value_name = "MM")]
+    /// Side of a pixel of a map that is a picture, 0.01 to 10000 mm
+    #[arg(long, value_name = "MM", value_parser = number::<f64>(import::PIXELS_MM[0]..=import::PIXELS_MM[1]))]
     pub(crate) mm_per_pixel: Option<f64>,
-    /// How far a map's walls may be from where they are in the picture [default: the side of a pixel]
-    #[arg(long, value_name = "MM")]
+    /// How far a map's walls may be from where they are in the picture, 0 to 10000 mm [default: the side of a pixel]
+    #[arg(long, value_name = "MM", value_parser = number::<f64>(import::TOLERANCES_MM[0]..=import::TOLERANCES_MM[1]))]
     pub(crate) tolerance: Option<f64>,
     /// The grey from which on pixels of a map that is a picture are free, from 0 (black) to 1 (white) [default: 0.5]
-    #[arg(long, value_name = "GREY")]
+    #[arg(long, value_name = "GREY", value_parser = number::<f64>(0.0..=1.0))]
     pub(crate) threshold: Option<f64>,
 }
 

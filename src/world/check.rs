@@ -527,6 +527,18 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     allowed_number("arena", y, COORDINATE)?;
     allowed_number("arena.width_mm", width, LENGTH)?;
     allowed_number("arena.height_mm", height, LENGTH)?;
+    if let Some(picture) = &arena.picture {
+        let ([x, y], [width, height]) = (picture.low(), picture.sides());
+        for (key, allowed, values) in [
+            ("x_mm", COORDINATE, [x, x + width]),
+            ("y_mm", COORDINATE, [y, y + height]),
+            ("sides_mm", LENGTH, [width, height]),
+        ] {
+            for value in values {
+                allowed_number(format_args!("arena.picture.{key}"), value, allowed)?;
+            }
+        }
+    }
     let shapes = arena.objects();
     if shapes > GREATEST_OBJECTS {
         let problem = format!("{shapes} walls, obstacles and blocks; allowed: 0 to {GREATEST_OBJECTS} together");

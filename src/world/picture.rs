@@ -4,9 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::exact::zero;
-use crate::parameter::{Invalid, allowed_number};
-use crate::world::arena::Field;
-use crate::world::parameters::{COORDINATE, LENGTH};
+use crate::parameter::Invalid;
 
 /// Most cells of a picture on the floor.
 pub const GREATEST_CELLS: u32 = 1 << 20;
@@ -21,7 +19,8 @@ const PACKED: usize = 16;
 /// A rectangle of the floor that consists of grey cells. Robots read a cell's grey anywhere in it, its left and lower edge included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    field: Field,
+    low: [f32; 2],
+    sides: [f32; 2],
     columns: u32,
     rows: u32,
     greys: Arc<Greys>,
@@ -38,21 +37,12 @@ impl fmt::Debug for Greys {
 }
 
 impl Picture {
-    /// A picture of `columns` times `rows` cells, each from 0 for black to 255 for white, row after row from the lower left one.
+    /// A picture of `columns` times `rows` cells, each from 0 for black to 255 for white, row after row from the lower left one, given its
+    /// lower left corner and its sides in mm, -100,000 to 100,000 and 1 to 100,000, which a world checks.
     ///
     /// # Errors
-    /// Sides, a place or a number of cells out of range; another number of greys.
-    pub fn new(field: Field, [columns, rows]: [u32; 2], greys: Vec<u8>) -> Result<Self, Invalid> {
-        let Field { x, y, width, height } = field;
-        for (key, allowed, values) in [
-            ("x_mm", COORDINATE, [x, x + width]),
-            ("y_mm", COORDINATE, [y, y + height]),
-            ("sides_mm", LENGTH, [width, height]),
-        ] {
-            for value in values {
-                allowed_number(format_args!("arena.picture.{key}"), value, allowed)?;
-            }
-        }
+    /// A number of cells out of range; another number of greys.
+    pub fn new(low: [f32; 2], sides: [f32; 2], [columns, rows]: [u32; 2], greys: Vec<u8>) -> Result<Self, Invalid> {
         let cells = u64::from(columns) * u64::from(rows);
         if !(1..=u64::from(GREATEST_CELLS)).contains(&cells) {
             let problem = format!("has {columns} x {rows} cells; allowed: 1 to {GREATEST_CELLS} in all");
@@ -63,16 +53,22 @@ impl Picture {
             return Err(Invalid::new("arena.picture", problem));
         }
         Ok(Self {
-            field,
+            low,
+            sides,
             columns,
             rows,
             greys: Arc::new(Greys(greys)),
         })
     }
 
-    /// The part of the floor that it covers, mm.
-    pub fn field(&self) -> Field {
-        self.field
+    /// Its lower left corner, mm.
+    pub fn low(&self) -> [f32; 2] {
+        self.low
+    }
+
+    /// Its width and its height, mm.
+    pub fn sides(&self) -> [f32; 2] {
+        self.sides
     }
 
     /// Number of cells from left to right.
@@ -127,7 +123,7 @@ impl Picture {
     /// What a kernel has of it besides: the lower left corner and the cells per mm; the numbers of cells, the first of the tables'
     /// cells with greys, and the reading of a grey of 1, given the reading of white.
     pub(crate) fn head(&self, first: u32, white: f32) -> [[u32; 4]; HEAD] {
-        let Field { x, y, width, height } = self.field;
+        let ([x, y], [width, height]) = (self.low, self.sides);
         let per_mm = [self.columns as f32 / width, self.rows as f32 / height];
         [
             [x, y, per_mm[0], per_mm[1]].map(|number| zero(number).to_bits()),
@@ -230,13 +226,8 @@ mod tests {
 
     #[test]
     fn a_coarser_picture_has_the_same_mean() {
-        let field = Field {
-            width: 40.0,
-            height: 20.0,
-            ..Field::default()
-        };
         let greys: Vec<u8> = vec![0, 100, 200, 200, 50, 50, 50, 250];
-        let picture = Picture::new(field, [4, 2], greys).expect("a picture");
+        let picture = Picture::new([0.0; 2], [40.0, 20.0], [4, 2], greys).expect("a picture");
         let coarser = picture.coarser(2);
         assert_eq!((coarser.columns(), coarser.rows()), (2, 2));
         assert_eq!(coarser.greys(), [50, 200, 50, 150]);
@@ -245,33 +236,14 @@ mod tests {
 
     #[test]
     fn what_is_out_of_range_is_refused() {
-        let field = |x, width| Field {
-            x,
-            y: 0.0,
-            width,
-            height: 100.0,
-        };
+        let of = |cells, greys| Picture::new([0.0; 2], [10.0; 2], cells, greys);
         for (picture, problem) in [
-            (Picture::new(field(0.0, 0.0), [1, 1], vec![0]), "arena.picture.sides_mm"),
-            (
-                Picture::new(field(f32::NAN, 10.0), [1, 1], vec![0]),
-                "arena.picture.x_mm",
-            ),
-            (
-                Picture::new(field(0.0, 10.0), [0, 1], vec![]),
-                "arena.picture: has 0 x 1 cells",
-            ),
-            (
-                Picture::new(field(0.0, 10.0), [2000, 2000], vec![0; 4_000_000]),
-                "arena.picture: has 2000 x 2000 cells",
-            ),
-            (
-                Picture::new(field(0.0, 10.0), [2, 2], vec![0]),
-                "arena.picture: has 1 greys; allowed: 4",
-            ),
+            (of([0, 1], vec![]), "has 0 x 1 cells; allowed: 1 to 1048576 in all"),
+            (of([2000, 2000], vec![0; 4_000_000]), "has 2000 x 2000 cells"),
+            (of([2, 2], vec![0]), "has 1 greys; allowed: 4"),
         ] {
             let text = picture.expect_err("a refusal").to_string();
-            assert!(text.starts_with(problem), "{text}");
+            assert!(text.contains(problem), "{text}");
         }
     }
 }

@@ -11,7 +11,6 @@ use crate::world::check::farthest;
 use crate::world::near::{grid, squared_distance, touches};
 use crate::world::pack::{objects, shapes};
 use crate::world::physics::Physics;
-use crate::world::picture::Picture;
 use crate::world::sensors::Feature;
 use crate::world::spec::WorldSpec;
 use crate::world::start::{Area, Start};
@@ -172,13 +171,14 @@ fn things(spec: &WorldSpec, physics: &Physics) -> Vec<Thing> {
         let distance = patch_of_floor.radius.unwrap_or(0.0) + offset;
         (format!("arena.patches[{index}]"), patch_of_floor.shape(), distance)
     }));
-    if let Some(field) = arena.picture.as_ref().map(Picture::field) {
+    if let Some(picture) = &arena.picture {
+        let ([x, y], [width, height]) = (picture.low(), picture.sides());
         let shape = episode::Shape {
-            x: field.x + 0.5 * field.width,
-            y: field.y + 0.5 * field.height,
+            x: x + 0.5 * width,
+            y: y + 0.5 * height,
             unit_x: 1.0,
-            half_length: 0.5 * field.width,
-            half_width: 0.5 * field.height,
+            half_length: 0.5 * width,
+            half_width: 0.5 * height,
             kind: episode::BLOCK,
             ..episode::Shape::default()
         };

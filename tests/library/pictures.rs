@@ -36,7 +36,7 @@ fn grey(column: u32, row: u32) -> u8 {
 fn picture() -> Picture {
     let [columns, rows] = CELLS;
     let greys = (0..rows).flat_map(|row| (0..columns).map(move |column| grey(column, row)));
-    Picture::new(FIELD, CELLS, greys.collect()).unwrap()
+    Picture::new([FIELD.x, FIELD.y], [FIELD.width, FIELD.height], CELLS, greys.collect()).unwrap()
 }
 
 /// Robots with sensors of the floor on a floor with a picture, and with a patch on that.
@@ -282,8 +282,21 @@ fn robots_that_sense_no_floor_have_no_picture() {
 
 #[test]
 fn a_picture_that_no_robot_gets_to_is_named() {
-    let far = Field { x: 5000.0, ..FIELD };
-    let spec = pictured(|spec, _| spec.arena.picture = Some(Picture::new(far, [2, 1], vec![0, 255]).unwrap()));
+    let far = Picture::new([5000.0, 0.0], [100.0; 2], [2, 1], vec![0, 255]).unwrap();
+    let spec = pictured(|spec, _| spec.arena.picture = Some(far));
     assert_eq!(World::new(spec).unwrap().unreached(), ["arena.picture"]);
     assert!(World::new(pictured(|_, _| ())).unwrap().unreached().is_empty());
+}
+
+#[test]
+fn places_and_sides_out_of_range_are_refused() {
+    for (low, sides, key) in [
+        ([0.0; 2], [0.0, 10.0], "arena.picture.sides_mm"),
+        ([f32::NAN, 0.0], [10.0; 2], "arena.picture.x_mm"),
+        ([0.0, 99_990.0], [20.0; 2], "arena.picture.y_mm"),
+    ] {
+        let picture = Picture::new(low, sides, [1, 1], vec![0]).unwrap();
+        let invalid = World::new(pictured(|spec, _| spec.arena.picture = Some(picture))).unwrap_err();
+        assert_eq!(invalid.field, key, "{invalid}");
+    }
 }

@@ -153,6 +153,11 @@ const SAME: &[(&str, &[&str], &str)] = &[
         "a bound: it has an effect only on genes that would pass it",
     ),
     (
+        "evolution.episodes",
+        &["grid"],
+        "a bound: a grid of nine genomes needs fewer episodes",
+    ),
+    (
         "arena.open",
         &["khepera", "parametric"],
         "with listed walls it only says that a robot may leave the arena",

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::{iter, thread};
 
-use oneiro::arena::{Arena, Field};
+use oneiro::arena::Arena;
 use oneiro::backend::{self, Options};
 use oneiro::compose::{Kind, OwnPart, Part};
 use oneiro::parameter::Invalid;
@@ -274,21 +274,20 @@ impl<'a> Inputs<'a> {
             .map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
     }
 
-    /// Reads the picture that lies on a part of the floor, as cells.
-    pub(super) fn picture(&mut self, file: &str, field: Field, cells: [u32; 2]) -> Result<Picture> {
+    /// Reads the picture on the floor as cells, given its lower left corner and its sides, mm.
+    pub(super) fn picture(&mut self, file: &str, [low, sides]: [[f32; 2]; 2], cells: [u32; 2]) -> Result<Picture> {
         const KEY: &str = "arena.picture.file";
         let (path, content) = self.take(KEY, file)?;
         let name = path.display().to_string();
-        let Field { x, y, width, height } = field;
         let read = |_: &_| {
             let pixels = pixels::read(&content.bytes).map_err(|problem| Invalid {
                 field: KEY.to_owned(),
                 problem: format!("{name} {problem}"),
             })?;
             let greys = picture::averaged(&pixels.greys, [pixels.width, pixels.height], cells);
-            Picture::new(field, cells, greys)
+            Picture::new(low, sides, cells, greys)
         };
-        let key = (path, cells, [x, y, width, height].map(f32::to_bits));
+        let key = (path, cells, [low[0], low[1], sides[0], sides[1]].map(f32::to_bits));
         let found = known(&self.files.pictures, key, read);
         found.map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
     }

@@ -1,7 +1,6 @@
 use std::fs;
 use std::path::PathBuf;
 
-use oneiro::arena::Field;
 use oneiro::differential::{Build, Differential};
 use oneiro::parameter::{Allowed, Datum, Parameter};
 use oneiro::world;
@@ -979,7 +978,7 @@ fn a_picture_lies_where_it_is_said() {
             .picture
             .clone()
             .expect("a picture");
-        let Field { x, y, width, height } = picture.field();
+        let ([x, y], [width, height]) = (picture.low(), picture.sides());
         (
             [x, y, width, height],
             [picture.columns(), picture.rows()],

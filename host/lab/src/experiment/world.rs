@@ -1,6 +1,6 @@
 //! The world of an experiment's robots.
 
-use oneiro::arena::{Arena, Corners, Field};
+use oneiro::arena::{Arena, Corners};
 use oneiro::compose::{Kind, OwnParts};
 use oneiro::differential::Build;
 use oneiro::parameter::Invalid;
@@ -126,12 +126,10 @@ fn picture(
     let Some(file) = file else { return Ok(None) };
     let around = arena.within_walls();
     let [width, height] = sides.unwrap_or([around.width, around.height]);
-    let field = Field {
-        x: x.unwrap_or(around.x + 0.5 * around.width) - 0.5 * width,
-        y: y.unwrap_or(around.y + 0.5 * around.height) - 0.5 * height,
-        width,
-        height,
-    };
+    let low = [
+        x.unwrap_or(around.x + 0.5 * around.width) - 0.5 * width,
+        y.unwrap_or(around.y + 0.5 * around.height) - 0.5 * height,
+    ];
     let cell = cell.unwrap_or(CELL_MM);
     let cells = [width, height].map(|side| (side / cell).round().max(1.0));
     if cells[0] * cells[1] > GREATEST_CELLS as f32 {
@@ -143,7 +141,9 @@ fn picture(
         );
         return Err(source.invalid("arena.picture.cell_mm", problem));
     }
-    inputs.picture(file, field, cells.map(|count| count as u32)).map(Some)
+    inputs
+        .picture(file, [low, [width, height]], cells.map(|count| count as u32))
+        .map(Some)
 }
 
 /// The experiment's key for a field of the world: the same, except for the parts that come from files.

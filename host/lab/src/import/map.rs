@@ -12,9 +12,9 @@ use super::draft::{Draft, Outline, Thing, failure, number};
 use super::traced::{self, Corner, Free, Many};
 use crate::pixels::{self, Pixels};
 
-/// Sides of a pixel, mm, and tolerances, mm.
-const SIDES: [f64; 2] = [0.01, 10_000.0];
-const TOLERANCES: [f64; 2] = [0.0, 10_000.0];
+/// Sides of a pixel, and tolerances, mm.
+pub(super) const SIDES: [f64; 2] = [0.01, 10_000.0];
+pub(super) const TOLERANCES: [f64; 2] = [0.0, 10_000.0];
 /// The radius of the robot's body that stands in a map, mm: an e-puck's.
 const BODY: f64 = 35.0;
 

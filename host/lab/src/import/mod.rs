@@ -104,6 +104,11 @@ impl Imported {
     }
 }
 
+/// Sides of a map's pixel that are allowed, mm.
+pub const PIXELS_MM: [f64; 2] = map::SIDES;
+/// Tolerances of a map's walls that are allowed, mm.
+pub const TOLERANCES_MM: [f64; 2] = map::TOLERANCES;
+
 /// What only some formats have.
 #[derive(Clone, Debug, Default)]
 pub struct Options {

@@ -331,8 +331,8 @@ impl Sheet {
 
     /// Draws the picture on a floor: a path for each grey, of rectangles along rows of cells. Lengths in it are in cells.
     fn picture(&self, svg: &mut Svg, picture: &Picture) {
-        let field = picture.field();
-        let (x, y) = self.place((f64::from(field.x), f64::from(field.y)));
+        let [width, height] = picture.sides().map(f64::from);
+        let (x, y) = self.place(picture.low().map(f64::from).into());
         let picture = picture.coarser(DRAWN_CELLS);
         let mut paths: BTreeMap<u8, String> = BTreeMap::new();
         for (row, greys) in picture.greys().chunks(picture.columns() as usize).enumerate() {
@@ -351,8 +351,8 @@ impl Sheet {
             "<g transform=\"translate({} {}) scale({:.6} {:.6})\" shape-rendering=\"crispEdges\">",
             number(x),
             number(y),
-            f64::from(field.width) * self.scale / f64::from(picture.columns()),
-            -f64::from(field.height) * self.scale / f64::from(picture.rows()),
+            width * self.scale / f64::from(picture.columns()),
+            -height * self.scale / f64::from(picture.rows()),
         ));
         for (shade, path) in paths {
             svg.raw(&format!("<path d=\"{path}\" {}/>", filled(shade)));

@@ -596,12 +596,13 @@ pub(super) fn arena(arena: &Arena) -> Value {
         .iter()
         .map(|obstacle| round(obstacle.x, obstacle.y, obstacle.radius));
     let picture = |picture: &Picture| {
-        let (field, cells) = (picture.field(), picture.coarser(DRAWN_CELLS));
+        let ([left, bottom], [width, height]) = (picture.low(), picture.sides());
+        let cells = picture.coarser(DRAWN_CELLS);
         json!({
-            "left": field.x,
-            "bottom": field.y,
-            "width": field.width,
-            "height": field.height,
+            "left": left,
+            "bottom": bottom,
+            "width": width,
+            "height": height,
             "columns": cells.columns(),
             "rows": cells.rows(),
             "greys": base64(cells.greys()),
