@@ -1,6 +1,6 @@
-// supported-types: a matrix
+// supported-types: a matrix of halves
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
-    let m = mat2x2<f32>(1.0f, 0.0f, 0.0f, 1.0f);
+    let m = mat2x2<f16>(1.0h, 0.0h, 0.0h, 1.0h);
     return Reward(x, before);
 }

@@ -480,7 +480,7 @@ impl<'a> Form<'a> {
 fn ends(block: &[Statement], next: Label) -> bool {
     let mut is_plain = true;
     visit(block, &mut |statement| {
-        is_plain &= !matches!(statement, Statement::Loop { .. })
+        is_plain &= !matches!(statement, Statement::Loop { .. });
     });
     is_plain && !leaves(block, next) && matches!(block.last(), Some(Statement::Exit(_)))
 }
@@ -961,7 +961,7 @@ fn changes(statements: &[Statement], variable: Variable) -> bool {
 fn computes(statements: &[Statement], value: Value) -> bool {
     let mut computes = false;
     visit(statements, &mut |statement| {
-        computes |= statement.results().contains(&value)
+        computes |= statement.results().contains(&value);
     });
     computes
 }
