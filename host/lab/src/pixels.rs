@@ -111,7 +111,7 @@ fn pgm(bytes: &[u8], is_binary: bool) -> Result<Pixels, String> {
                     at += bytes[at..]
                         .iter()
                         .position(|byte| *byte == b'\n')
-                        .unwrap_or(bytes.len() - at)
+                        .unwrap_or(bytes.len() - at);
                 }
                 Some(byte) if byte.is_ascii_whitespace() => at += 1,
                 _ => break,

@@ -66,8 +66,7 @@ pub struct Files {
     sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
     motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
     parts: Mutex<BTreeMap<(Kind, PathBuf), Arc<Part>>>,
-    /// Pictures on floors, by file, by numbers of cells, and by the bits of their places.
-    pictures: Mutex<BTreeMap<(PathBuf, [u32; 2], [u32; 4]), Picture>>,
+    pictures: Mutex<BTreeMap<Lying, Picture>>,
     /// Samples of surrogates, by surrogate and by classes of objects.
     samples: Mutex<BTreeMap<Sampling, Arc<OnceLock<Taken>>>>,
     /// Their tables as files, by the names in [`made`].
@@ -118,6 +117,8 @@ fn known<K: Ord, V: Clone, E>(
     Ok(value)
 }
 
+/// Key of a picture on a floor: its file, the numbers of cells, and the bits of its place and its sides.
+type Lying = (PathBuf, [u32; 2], [u32; 4]);
 /// Key of samples: the hash of a surrogate, and whether blocks are also sampled.
 type Sampling = ([u8; 32], bool);
 /// Samples, or the reason why there are none.

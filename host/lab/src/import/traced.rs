@@ -15,7 +15,7 @@ pub(super) type Corner = [i32; 2];
 pub(super) struct Free {
     width: usize,
     height: usize,
-    free: Vec<bool>,
+    pixels: Vec<bool>,
 }
 
 impl Free {
@@ -23,7 +23,11 @@ impl Free {
     /// With another number of pixels than `width` times `height`.
     pub(super) fn new(width: usize, height: usize, free: Vec<bool>) -> Self {
         assert_eq!(free.len(), width * height);
-        Self { width, height, free }
+        Self {
+            width,
+            height,
+            pixels: free,
+        }
     }
 
     /// Whether a pixel is free; none beyond the picture is.
@@ -31,7 +35,7 @@ impl Free {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
             return false;
         };
-        x < self.width && y < self.height && self.free[y * self.width + x]
+        x < self.width && y < self.height && self.pixels[y * self.width + x]
     }
 
     /// The corners of each outline, with what is free to its left. Free pixels that only touch at a corner are apart.
@@ -43,7 +47,7 @@ impl Free {
         // A bit for each direction in which an edge leaves a corner.
         let mut edges = vec![0_u8; columns * (self.height + 1)];
         let place = |[x, y]: Corner| y as usize * columns + x as usize;
-        for (y, row) in (0..).zip(self.free.chunks(self.width)) {
+        for (y, row) in (0..).zip(self.pixels.chunks(self.width)) {
             for (x, _) in (0..).zip(row).filter(|(_, free)| **free) {
                 for (direction, [beside, from]) in [
                     [[x, y - 1], [x, y]],
@@ -98,7 +102,11 @@ impl Free {
 
     /// A free pixel with much room, and how many pixels around it are free on all sides; `None` if none is free.
     pub(super) fn roomiest(&self) -> Option<Corner> {
-        let mut room: Vec<u32> = self.free.iter().map(|free| if *free { u32::MAX } else { 0 }).collect();
+        let mut room: Vec<u32> = self
+            .pixels
+            .iter()
+            .map(|free| if *free { u32::MAX } else { 0 })
+            .collect();
         let (width, height) = (self.width, self.height);
         // Steps of a king to what is not free, first from the lower left and then from the upper right.
         for pass in 0..2 {
