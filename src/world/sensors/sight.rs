@@ -1,5 +1,7 @@
 //! Sight of other robots, and of pucks.
 
+use std::fmt::Write;
+
 use super::kind::{Entry, Feature, Mark};
 use super::ray::DISTANCE;
 use super::text::{Each, Text};
@@ -37,11 +39,11 @@ pub(super) const PUCK: Entry = Entry {
 /// Writes the ray, and returns the code for each body that is wanted, and for each other body.
 fn seen(text: &mut Text, each: &Each<'_>) -> [String; 2] {
     let index = each.index;
-    text.numbers += &format!(
+    let _ = writeln!(
+        text.numbers,
         "    let ahead{index} = cosine_sine(looks{index});
     var free{index} = s{index}.offset + s{index}.range;
-    var seen{index} = s{index}.offset + s{index}.range;
-"
+    var seen{index} = s{index}.offset + s{index}.range;"
     );
     text.rays.push(index);
     ["seen", "free"].map(|nearest| {
