@@ -1041,7 +1041,7 @@ fn rules_are_explained() {
     let place = Place::new("rules");
     let one = place.good(&["check", "--explain", "exact-functions"]);
     for words in [
-        "exact-functions: Of WGSL's functions",
+        "exact-functions: No `pack4x8unorm`",
         "each device computes",
         "\n\nWrong:\n\n    const QUARTER",
         "= sin(0.25);",
