@@ -55,6 +55,7 @@ const WRITTEN: &[(&str, &str)] = &[
     ("polygon", POLYGON),
     ("swarm", SWARM),
     ("pucks", PUCKS),
+    ("drawn pucks", DRAWN_PUCKS),
     ("model", MODEL),
     ("state machine", STATE_MACHINE),
     ("coevolution", COEVOLUTION),
@@ -652,6 +653,28 @@ height_mm = 310
 patches = [{ x_mm = 110, y_mm = 110, radius_mm = 100 }]
 [task]
 kind = 'bring-pucks'
+[evolution]
+population = 6
+parents = 2
+generations = 2
+finalists = 0
+initial = [-3, 3]
+";
+
+const DRAWN_PUCKS: &str = "
+cycles = 60
+[robot]
+preset = 'epuck'
+count = 1
+sensors = [{ name = 'sees', kind = 'puck', range_mm = 4000 }]
+[pucks]
+count = 20
+radius_mm = 30
+[arena]
+width_mm = 3000
+height_mm = 2000
+[task]
+kind = 'gather-pucks'
 [evolution]
 population = 6
 parents = 2
