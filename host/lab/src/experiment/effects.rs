@@ -184,6 +184,11 @@ const SAME: &[(&str, &[&str], &str)] = &[
     ),
     ("robot.", &["flat", "flat, diagonal"], "likewise"),
     (
+        "arena.width_mm",
+        &["nest"],
+        "in four seconds no robot gets from its nest to the wall on the right",
+    ),
+    (
         "cycles",
         &["flat", "flat, diagonal", "forager with a network"],
         "likewise",
