@@ -70,7 +70,9 @@ impl World {
             spec.own.insert(Arc::new(OwnPart::new(Arc::new(ready.part()?), &[])?));
         }
         let mut physics = check::check(&mut spec)?;
-        near::decide(&mut physics, &spec, first.map(|first| &first.0.physics));
+        near::decide(&mut physics, &spec, first.map(|first| &first.0.physics), |physics| {
+            pack::shapes(&spec, physics)
+        });
         let choice = spec.variants()?;
         if spec.varies() {
             return Self::varied(spec, choice, episodes);

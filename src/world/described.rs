@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use crate::parameter::{self, Choice, Choices, Datum, Invalid};
 use crate::world::arena::{self, Arena, Light, Patch};
 use crate::world::body::Body;
+use crate::world::discs::Discs;
 #[cfg(feature = "compose")]
 use crate::world::picture;
-use crate::world::pucks::Discs;
 use crate::world::reference::{self, Model, Reference};
 use crate::world::sensors::{Around, Response, Sensor};
 use crate::world::surrogate::{Mounting, Object, Surrogate};

@@ -7,6 +7,7 @@ mod check;
 mod checked;
 mod described;
 pub(crate) mod differential;
+mod discs;
 mod draws;
 mod forager;
 mod given;

@@ -6,7 +6,6 @@ use oneiro_shaders::episode::{self, BLOCK};
 use crate::exact::zero;
 use crate::parameter::Invalid;
 use crate::world::arena::GREATEST_SEEN;
-use crate::world::pack;
 use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
@@ -22,10 +21,16 @@ const GREATEST_SIDE: f32 = 192.0;
 const MARGIN: f32 = 1.0;
 
 /// Decides whether a robot's kernel looks at what is near by a grid, or at all objects. As a vector, a loop over all has the same object
-/// in each lane, and lists have different ones, which costs several times as much. Variants of a world look as the `first` one does.
-pub(super) fn decide(physics: &mut Physics, spec: &WorldSpec, first: Option<&Physics>) {
+/// in each lane, and lists have different ones, which costs several times as much. Variants of a world look as the `first` one does. `shapes` are the
+/// world's objects as the kernel has them.
+pub(super) fn decide(
+    physics: &mut Physics,
+    spec: &WorldSpec,
+    first: Option<&Physics>,
+    shapes: impl Fn(&Physics) -> Vec<episode::Shape>,
+) {
     let objects = spec.arena.objects();
-    let pays = || COST_OF_LISTED * grid(spec, physics, &pack::shapes(spec, physics)).longest() < objects;
+    let pays = || COST_OF_LISTED * grid(spec, physics, &shapes(physics)).longest() < objects;
     let by_grid = match first.and_then(Physics::described) {
         Some(first) => first.looks_by_grid,
         None => may_look_by_grid(physics) && objects > FEW && (objects > GREATEST_SEEN || pays()),

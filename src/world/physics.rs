@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::world::described::{Described, Together};
+use crate::world::discs::Discs;
 use crate::world::forager::Forager;
-use crate::world::pucks::Discs;
 use crate::world::surrogate::Surrogate;
 
 /// Each kind of robot with its values, and no others.

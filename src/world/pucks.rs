@@ -3,6 +3,7 @@
 use crate::parameter::Invalid;
 use crate::world::described::{Contact, Described, GREATEST_MEMBERS};
 use crate::world::differential::{FARTHEST, Starts};
+use crate::world::discs::Discs;
 use crate::world::sensors::Feature;
 
 /// The part of an overlap with a robot by which a puck gives way if it has no other: ours. A robot that pushes one gets on by about
@@ -24,30 +25,6 @@ pub struct Pucks {
     pub grip: Option<f32>,
     /// Where each is at the start. `None`: at random places in the arena.
     pub places: Option<Starts>,
-}
-
-/// Checked pucks of a swarm.
-#[derive(Clone, Debug)]
-pub(crate) struct Discs {
-    pub(crate) count: u32,
-    pub(crate) radius: f32,
-    yields: f32,
-    grip: f32,
-    places: Option<Vec<[f32; 2]>>,
-}
-
-impl Discs {
-    /// Where each is at the start, if that is given.
-    pub(crate) fn places(&self) -> &[[f32; 2]] {
-        self.places.as_deref().unwrap_or_default()
-    }
-
-    /// The kernel's cells: `PucksCell`, and a cell for each place that is given.
-    pub(crate) fn cells(&self) -> impl Iterator<Item = [f32; 4]> {
-        let shared = [self.count as f32, self.radius, self.yields, self.grip];
-        let places = self.places().iter().map(|&[x, y]| [x, y, 0.0, 0.0]);
-        std::iter::once(shared).chain(places)
-    }
 }
 
 impl Pucks {

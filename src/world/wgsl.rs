@@ -7,7 +7,7 @@ use oneiro_shader_compiler::declarations::is_reserved;
 use crate::parameter::Invalid;
 use crate::world::arena::{Arena, Patch};
 use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
-use crate::world::pucks::Discs;
+use crate::world::discs::Discs;
 use crate::world::reference::Reference;
 use crate::world::sensors::{APART, Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
 use crate::world::spec::WorldSpec;
