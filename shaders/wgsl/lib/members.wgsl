@@ -96,8 +96,9 @@ fn body_count(world: u32) -> u32 {
     return member_count(world);
 }
 
-fn radius_of(world: u32, body: u32) -> f32 {
-    return members_of(world).body;
+// Its radius, given a robot's.
+fn radius_of(world: u32, robot: f32, body: u32) -> f32 {
+    return robot;
 }
 
 // Whether a body is on the floor, and not carried.
@@ -105,9 +106,21 @@ fn is_on_floor(episode: Episode, body: u32) -> bool {
     return true;
 }
 
-// The distance of the centres of two bodies that touch; 0 if one is not on the floor.
-fn apart_of(episode: Episode, body: u32, other: u32) -> f32 {
-    return 2.0f * members_of(episode.world).body;
+// The distance of the centres of two bodies that touch, 0 if one is not on the floor; and the square of the distance at which they
+// overlap by more than something.
+struct Apart {
+    touching: f32,
+    near_squared: f32,
+}
+
+fn apart_by(touching: f32, overlap: f32) -> Apart {
+    let near = max(touching - overlap, 0.0f);
+    return Apart(touching, near * near);
+}
+
+// The same of two bodies, given that of two robots: loops over pairs compute that once.
+fn apart_of(episode: Episode, robots: Apart, overlap: f32, body: u32, other: u32) -> Apart {
+    return robots;
 }
 
 // The part of an overlap by which the first of two bodies gives way, and the other by the rest.

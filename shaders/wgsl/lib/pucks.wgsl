@@ -33,8 +33,8 @@ fn is_puck(world: u32, body: u32) -> bool {
     return body >= member_count(world);
 }
 
-fn radius_of(world: u32, body: u32) -> f32 {
-    return select(members_of(world).body, pucks_of(world).radius, is_puck(world, body));
+fn radius_of(world: u32, robot: f32, body: u32) -> f32 {
+    return select(robot, pucks_of(world).radius, is_puck(world, body));
 }
 
 // MEMBER_HELD of a robot is the puck that it carries, and of a puck the robot that carries it; their numbers from 1, and 0 for none.
@@ -42,9 +42,10 @@ fn is_on_floor(episode: Episode, body: u32) -> bool {
     return !is_puck(episode.world, body) | (word(member_at(episode, body), MEMBER_HELD) == 0u);
 }
 
-fn apart_of(episode: Episode, body: u32, other: u32) -> f32 {
-    let apart = radius_of(episode.world, body) + radius_of(episode.world, other);
-    return select(0.0f, apart, is_on_floor(episode, body) & is_on_floor(episode, other));
+fn apart_of(episode: Episode, robots: Apart, overlap: f32, body: u32, other: u32) -> Apart {
+    let robot = 0.5f * robots.touching;
+    let touching = radius_of(episode.world, robot, body) + radius_of(episode.world, robot, other);
+    return apart_by(select(0.0f, touching, is_on_floor(episode, body) & is_on_floor(episode, other)), overlap);
 }
 
 fn share_of_first(world: u32, body: u32, other: u32) -> f32 {
@@ -54,7 +55,8 @@ fn share_of_first(world: u32, body: u32, other: u32) -> f32 {
 }
 
 fn contact_of(world: u32, shape: u32, body: u32) -> f32 {
-    return shapes[shape].contact + (radius_of(world, body) - members_of(world).body);
+    let robot = members_of(world).body;
+    return shapes[shape].contact + (radius_of(world, robot, body) - robot);
 }
 
 fn body_touches(world: u32, body: u32, at: vec2<f32>) -> bool {
@@ -175,7 +177,7 @@ fn put_puck(episode: Episode) -> bool {
     for (var other = 0u; other < body_count(world); other++) {
         let words = member_at(episode, other);
         let there = place_in(words, MEMBER_X);
-        let apart = pucks_of(world).radius + radius_of(world, other);
+        let apart = pucks_of(world).radius + radius_of(world, members_of(world).body, other);
         let is_near = squared_length(vec2<f32>(there.x - place.x, there.y - place.y)) < apart * apart;
         is_free = is_free & !(is_near & (other != episode.member) & is_on_floor(episode, other));
     }

@@ -47,6 +47,7 @@ fn pushed_out(world: u32, body: u32, at: vec2<f32>) -> vec2<f32> {
 // Bodies that overlap give way by their shares of each overlap, all at once. Returns whether any did.
 fn push(episode: Episode) -> bool {
     let count = body_count(episode.world);
+    let of_robots = apart_by(2.0f * members_of(episode.world).body, TOUCH);
     var pushed = false;
     for (var member = 0u; member < count; member++) {
         let member_words = member_at(episode, member);
@@ -62,11 +63,10 @@ fn push(episode: Episode) -> bool {
             let beside = place_in(another, MEMBER_BEFORE);
             let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
             let squared = squared_length(away);
-            let apart = apart_of(episode, member, other);
-            let near = max(apart - TOUCH, 0.0f);
+            let apart = apart_of(episode, of_robots, TOUCH, member, other);
             // Bodies at one place to a thousandth of a millimetre have no direction to part in.
-            if ((squared < near * near) & (squared > 0x1p-20f)) {
-                let overlap = apart * reciprocal_root(squared) - 1.0f;
+            if ((squared < apart.near_squared) & (squared > 0x1p-20f)) {
+                let overlap = apart.touching * reciprocal_root(squared) - 1.0f;
                 let part = share_of_first(episode.world, member, other);
                 let share = part * overlap;
                 let rest = (1.0f - part) * overlap;
@@ -111,19 +111,21 @@ fn push_all(episode: Episode) {
 // so do those in the way of one that returns.
 fn take_back(episode: Episode, overlap: bool) {
     let count = body_count(episode.world);
+    let body = members_of(episode.world).body;
+    let of_robots = apart_by(2.0f * body, OVERLAP);
     var tail = 0u;
     for (var member = 0u; member < count; member++) {
         let member_words = member_at(episode, member);
         let at = place_in(member_words, MEMBER_GOAL);
         let start = place_in(member_words, MEMBER_X);
-        let farthest = FARTHEST * radius_of(episode.world, member);
+        let farthest = FARTHEST * radius_of(episode.world, body, member);
         var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
         if (overlap & is_on_floor(episode, member)) {
             returns = returns | presses(episode.world, member, at, OVERLAP);
             for (var other = 0u; other < count; other++) {
-                let near = max(apart_of(episode, member, other) - OVERLAP, 0.0f);
+                let near_squared = apart_of(episode, of_robots, OVERLAP, member, other).near_squared;
                 let beside = place_in(member_at(episode, other), MEMBER_GOAL);
-                let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near * near;
+                let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near_squared;
                 returns = returns | (is_near & (other != member));
             }
         }
@@ -142,10 +144,10 @@ fn take_back(episode: Episode, overlap: bool) {
         }
         let returning = word(member_at(episode, head), MEMBER_QUEUE);
         let start = place_in(member_at(episode, returning), MEMBER_X);
-        let near = max(apart_of(episode, returning, other) - OVERLAP, 0.0f);
+        let near_squared = apart_of(episode, of_robots, OVERLAP, returning, other).near_squared;
         let another = member_at(episode, other);
         let at = place_in(another, MEMBER_GOAL);
-        let is_near = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) < near * near;
+        let is_near = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) < near_squared;
         if (is_near & (word(another, MEMBER_MET) == 0u)) {
             put_word(another, MEMBER_MET, 1u);
             put_word(member_at(episode, tail), MEMBER_QUEUE, other);

@@ -64,6 +64,7 @@ fn begin(episode: Episode) {
 fn place_bodies(episode: Episode) {
     let world = episode.world;
     let count = body_count(world);
+    let of_robots = apart_by(2.0f * members_of(world).body, 0.0f);
     var placed = 0u;
     var draws = 0u;
     // whether a place was drawn, how many others have been looked at from there, and whether none is too near
@@ -81,8 +82,7 @@ fn place_bodies(episode: Episode) {
             let there = place_in(member_at(episode, other), MEMBER_X);
             let here = place_in(body_words, MEMBER_X);
             let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
-            let apart = apart_of(episode, body, other);
-            is_free = is_free & (squared >= apart * apart);
+            is_free = is_free & (squared >= apart_of(episode, of_robots, 0.0f, body, other).near_squared);
             looked_at++;
         } else {
             let key = vec2<u32>(word(body_words, MEMBER_KEY), word(body_words, MEMBER_KEY + 1u));
