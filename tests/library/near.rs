@@ -42,8 +42,8 @@ fn spec(count: Option<u32>, far: usize) -> WorldSpec {
     }
     for place in 0..far {
         arena.obstacles.push(Obstacle {
-            x: 5000.0 + 50.0 * (place % 30) as f32,
-            y: 50.0 * (place / 30) as f32,
+            x: 5000.0 + 200.0 * (place % 30) as f32,
+            y: 200.0 * (place / 30) as f32,
             radius: 10.0,
             ..Obstacle::default()
         });
