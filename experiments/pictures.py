@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""pictures.py: draws the pictures that experiments name, line-follower/track.png and map-maze/map.png, beside itself. Needs only Python."""
+"""pictures.py: draws the pictures that experiments name, line-follower/track.png and map-maze/map.png, next to itself. Needs only Python."""
 import math
 import pathlib
 import struct

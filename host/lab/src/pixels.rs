@@ -7,7 +7,7 @@ use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 /// Most bytes of a picture's file.
 const GREATEST_BYTES: usize = 32 << 20;
-/// What a decoder may take besides its result, bytes.
+/// Most memory of a decoder besides its result, bytes.
 const WORKING_BYTES: usize = 64 << 20;
 
 /// Greys of a picture, row after row from the upper left pixel: 0 for black to 65,535 for white.
@@ -21,7 +21,7 @@ pub(crate) struct Pixels {
 /// Reads the content of a file. Colours count by their luma, and what is transparent lies over white.
 ///
 /// # Errors
-/// What is wrong with it and what is allowed, without the file's name.
+/// The problem and the allowed values, without the file's name.
 pub(crate) fn read(bytes: &[u8]) -> Result<Pixels, String> {
     if bytes.len() > GREATEST_BYTES {
         let (megabytes, most) = (bytes.len() >> 20, GREATEST_BYTES >> 20);
@@ -90,7 +90,7 @@ fn png(bytes: &[u8]) -> Result<Pixels, String> {
     })
 }
 
-/// Luma of ITU-R BT.709-6, item 3.2, of red, green and blue as they are in the file, from 0 to 65,535.
+/// Luma of ITU-R BT.709-6, item 3.2, of red, green and blue unchanged from the file, from 0 to 65,535.
 fn luma([red, green, blue]: [u32; 3]) -> u32 {
     (2126 * red + 7152 * green + 722 * blue + 5000) / 10_000
 }

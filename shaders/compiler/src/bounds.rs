@@ -613,7 +613,7 @@ impl<'a> Analysis<'a> {
                 self.bound_reads(statement, limits.counter, most);
             }
         }
-        // What happened before the loop is no longer the last that happened.
+        // Nothing from before the loop is the latest now.
         let around = std::mem::take(&mut self.before);
         let [tested, counting] = form.turn;
         let (first, last) = if form.at < tested.len() {

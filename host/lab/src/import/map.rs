@@ -18,7 +18,7 @@ pub(super) const TOLERANCES: [f64; 2] = [0.0, 10_000.0];
 /// The radius of the robot's body that stands in a map, mm: an e-puck's.
 const BODY: f64 = 35.0;
 
-/// What a pixel is.
+/// The class of a pixel.
 #[derive(Clone, Copy, PartialEq)]
 enum Pixel {
     Free,
@@ -36,7 +36,7 @@ struct Reading<'a> {
     side: f64,
     /// mm, unless it is the side of a pixel.
     tolerance: Option<f64>,
-    /// What the first comment says besides.
+    /// The rest of the first comment.
     words: String,
 }
 

@@ -109,10 +109,10 @@ pub const PIXELS_MM: [f64; 2] = map::SIDES;
 /// Tolerances of a map's walls that are allowed, mm.
 pub const TOLERANCES_MM: [f64; 2] = map::TOLERANCES;
 
-/// What only some formats have.
+/// Options that only some formats have.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Which of several mazes in a file.
+    /// The name of a maze, in a file of several.
     pub maze: Option<String>,
     /// Side of a pixel of a map, mm.
     pub mm_per_pixel: Option<f64>,

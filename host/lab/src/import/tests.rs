@@ -555,7 +555,7 @@ fn room() -> Vec<u8> {
     .concat()
 }
 
-/// A map in a folder of its own.
+/// A map in a separate folder.
 fn mapped(scratch: &Scratch, yaml: &str, options: &Options) -> Result<Imported> {
     scratch.write("room.pgm", room());
     import(&scratch.write("map.yaml", yaml), options, Path::new("imported.toml"))
@@ -615,7 +615,7 @@ fn a_map_of_ros_becomes_walls() {
             "map.yaml:11: `author`: not taken: it is no key of a map that this reads\n",
         ],
     );
-    // What was free is now occupied, and what was occupied is free.
+    // Free and occupied pixels have changed places.
     let negated = mapped(&scratch, &MAP.replace("negate: 0", "negate: 1"), &Options::default()).unwrap();
     has(&negated.text, &["12 x 9 pixels: 35 free, 73 occupied, 0 unknown"]);
 }
@@ -641,7 +641,7 @@ fn a_picture_becomes_walls() {
         ],
     );
     assert_eq!(walls(&made.text)[0], [[50.0, 50.0], [500.0, 50.0]]);
-    // Half-white pixels are free too.
+    // Half-white pixels are also free.
     let more = of(&Options {
         threshold: None,
         ..options.clone()

@@ -21,7 +21,7 @@ const SIDE: f64 = 880.0;
 const MARGIN: f64 = 28.0;
 const HEAD: f64 = 28.0;
 const FOOT: f64 = 34.0;
-/// Most cells of a floor's picture along a side, as it is drawn.
+/// Most cells of a floor's picture along a side in a drawing.
 pub(super) const DRAWN_CELLS: u32 = 200;
 /// Colours of a path from its start to its end.
 const TIME: [[u8; 3]; 4] = [
