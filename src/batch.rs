@@ -32,7 +32,7 @@ pub const LEAST_GENE: f32 = 1.0 / (1_u64 << 40) as f32;
 /// Most words in all traces of a batch: 2.7 GB.
 pub const GREATEST_TRACE: u64 = 640 << 20;
 
-/// Most iterations of all loops in a cycle of a kernel composed at run time.
+/// Most iterations of all loops in a cycle of a kernel composed at run time, and of each robot in the beginning of an episode.
 pub const GREATEST_TURNS: u32 = 100_000;
 
 /// The same for each robot of a swarm, which may look at all others again and again.
@@ -186,15 +186,25 @@ impl Worlds {
             facts.extend((first..first + variants.count()).map(|index| Facts::of(world, index, &packed)));
         }
         // Shipped kernels are within bounds.
-        let most = |facts: &Facts| GREATEST_TURNS.max(GREATEST_TURNS_EACH * facts.robots);
-        let too_long = |facts: &Facts| kernel.variants.is_empty() && facts.loops.max(facts.begin_loops) > most(facts);
-        if let Some(long) = facts.iter().position(too_long) {
-            let turns = facts[long].loops.max(facts[long].begin_loops);
-            let index = places.iter().rposition(|(first, _)| *first <= long).unwrap_or(0);
-            let problem = format!(
-                "loops up to {turns} times a cycle; allowed: at most {}, so that a run can be stopped",
-                most(&facts[long])
+        let too_long = |facts: &Facts| {
+            let in_cycle = (
+                facts.loops,
+                GREATEST_TURNS.max(GREATEST_TURNS_EACH * facts.robots),
+                "a cycle",
             );
+            let at_first = (facts.begin_loops, GREATEST_TURNS * facts.robots, "as an episode begins");
+            [in_cycle, at_first].into_iter().find(|(turns, most, _)| turns > most)
+        };
+        let long = |(place, facts)| too_long(facts).map(|found| (place, found));
+        let long = facts
+            .iter()
+            .enumerate()
+            .filter(|_| kernel.variants.is_empty())
+            .find_map(long);
+        if let Some((long, (turns, most, when))) = long {
+            let index = places.iter().rposition(|(first, _)| *first <= long).unwrap_or(0);
+            let problem =
+                format!("loops up to {turns} times {when}; allowed: at most {most}, so that a run can be stopped");
             return Err(Invalid::new(format!("worlds[{index}].kernel"), problem));
         }
         let most = |words: fn(&W) -> u32| worlds.iter().map(words).max().unwrap_or(0);

@@ -46,6 +46,7 @@ parts![
     "lib/members.wgsl",
     "lib/motion.wgsl",
     "lib/near.wgsl",
+    "lib/neighbours.wgsl",
     "lib/numerics.wgsl",
     "lib/ordinary.wgsl",
     "lib/pucks.wgsl",

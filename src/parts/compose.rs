@@ -56,6 +56,9 @@ const BEHAVIOUR_TREE: &str = "behaviour-tree";
 /// Most genes of a user's controller.
 pub const GREATEST_GENES: u32 = 1024;
 
+/// Most robots of a world whose poses are in the first robot's trace.
+const POSES: u32 = 128;
+
 /// A kind of part that a user may write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -342,7 +345,7 @@ impl OwnParts {
                     expression: format!("member_started(after.episode, {robot}u).{part}"),
                 })
             };
-            return (1..count).flat_map(pose).chain(pucks).collect();
+            return (1..count.min(POSES)).flat_map(pose).chain(pucks).collect();
         }
         let heard = |word| Detail {
             name: format!("heard_{word}"),

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::parameter::{self, Choice, Choices, Datum, Invalid};
-use crate::world::arena::{self, Arena, Light, Patch};
+use crate::world::arena::{self, Arena, Field, Light, Patch};
 use crate::world::body::Body;
 use crate::world::discs::Discs;
 #[cfg(feature = "compose")]
@@ -95,6 +95,17 @@ impl Together {
     pub(crate) fn bodies(&self) -> u32 {
         self.count + self.pucks.as_ref().map_or(0, |pucks| pucks.count)
     }
+
+    /// Most squares of the arena by which bodies find those near them; 0: each looks at all.
+    pub(crate) fn squares(&self) -> u32 {
+        let bodies = self.bodies();
+        if bodies > GREATEST_SEEN_MEMBERS { bodies } else { 0 }
+    }
+
+    /// Most rows of them.
+    pub(crate) fn rows(&self) -> u32 {
+        2 * self.squares().isqrt()
+    }
 }
 
 /// The distribution of the noise of wheels.
@@ -146,8 +157,12 @@ impl Choice for Contact {
     ];
 }
 
-/// Most robots of a swarm.
-pub const GREATEST_MEMBERS: u32 = 128;
+/// Most robots of a swarm, and robots and pucks.
+pub const GREATEST_MEMBERS: u32 = 1024;
+/// Most of them where each looks at all others: without the squares of `lib/neighbours.wgsl`, which reference models don't have.
+pub const GREATEST_SEEN_MEMBERS: u32 = 128;
+/// Added to distances between bodies, mm: more than any rounding.
+const MARGIN: f32 = 1.0;
 
 /// Which robots of a swarm share their controller's genes. A world's genome has those of each controller, one after
 /// the other.
@@ -349,6 +364,7 @@ impl Described {
             .chain(noise.map(|(most, _)| [most, 0.0, 0.0, 0.0]))
             .chain(self.members(body))
             .chain(self.pucks().into_iter().flat_map(Discs::cells))
+            .chain(self.squares(body, arena).into_iter().flatten())
             .chain(self.differing(genes))
             .chain(self.model().into_iter().flat_map(|(_, values)| values.cells(arena)))
             .chain(
@@ -370,13 +386,35 @@ impl Described {
     /// The kernel's cell of a swarm: `MembersCell`.
     fn members(&self, body: &Body<'_>) -> Option<[f32; 4]> {
         let together = self.together.as_ref()?;
-        let largest = self.pucks().map_or(0.0, |pucks| pucks.radius).max(body.radius);
-        let reach = self.reach(body.radius, body.sensors, false) + largest;
+        let reach = self.reach(body.radius, body.sensors, false) + self.largest(body);
         let pushes = match together.contact {
             Contact::Push => 1.0,
             Contact::Stop => 0.0,
         };
         Some([together.count as f32, body.radius, reach * reach, pushes])
+    }
+
+    /// Radius of its swarm's largest bodies, mm.
+    fn largest(&self, body: &Body<'_>) -> f32 {
+        self.pucks().map_or(0.0, |pucks| pucks.radius).max(body.radius)
+    }
+
+    /// The kernel's cells of a swarm of many bodies: `SquaresCell` and `LooksCell`. Squares are as wide as two bodies that touch are
+    /// apart, or as wide as their number asks for.
+    fn squares(&self, body: &Body<'_>, arena: &Arena) -> Option<[[f32; 4]; 2]> {
+        let swarm = self.together.as_ref().filter(|swarm| swarm.squares() > 0)?;
+        let (most, most_rows) = (swarm.squares() as f32, swarm.rows() as f32);
+        let Field { x, y, width, height } = arena.walled();
+        let touching = 2.0 * self.largest(body) + MARGIN;
+        let sensing = self.reach(body.radius, body.sensors, false) + self.largest(body) + MARGIN;
+        let along = |side: f32| [width, height].map(|length| (length / side).ceil().max(1.0));
+        let mut side = touching;
+        let is_too_small = |[columns, rows]: [f32; 2]| columns * rows > most || rows > most_rows;
+        while is_too_small(along(side)) {
+            side *= 1.05;
+        }
+        let [columns, rows] = along(side);
+        Some([[x, y, side.recip(), columns], [rows, touching, sensing, MARGIN]])
     }
 
     /// Number of robots whose starts or genes differ, if they do.
@@ -424,10 +462,17 @@ impl Described {
         self.members_cell(arena) + usize::from(self.together.is_some())
     }
 
+    /// The kernel's first cell of the squares of a swarm of many bodies.
+    #[cfg(feature = "compose")]
+    pub(crate) fn squares_cell(&self, arena: &Arena) -> usize {
+        self.pucks_cell(arena) + self.pucks().map_or(0, |pucks| pucks.cells().count())
+    }
+
     /// The kernel's first cell of robots whose starts or genes differ.
     #[cfg(feature = "compose")]
     pub(crate) fn differing_cell(&self, arena: &Arena) -> usize {
-        self.pucks_cell(arena) + self.pucks().map_or(0, |pucks| pucks.cells().count())
+        let has_squares = self.together.as_ref().is_some_and(|swarm| swarm.squares() > 0);
+        self.squares_cell(arena) + if has_squares { 2 } else { 0 }
     }
 
     /// The kernel's first cell of a reference model.

@@ -6,7 +6,7 @@ use crate::parameter::{Choice, Invalid, field_of_pairs, length};
 use crate::world::arena::Arena;
 use crate::world::body::{Body, Collision};
 use crate::world::described::{Battery, Described, Drive, Together, Wheels};
-pub use crate::world::described::{Contact, GREATEST_MEMBERS, Genomes, WheelNoise};
+pub use crate::world::described::{Contact, GREATEST_MEMBERS, GREATEST_SEEN_MEMBERS, Genomes, WheelNoise};
 use crate::world::reference::{Model, Reference};
 pub use crate::world::sensors::{
     BUMPER_WIDTH, Counterpart, Entry, Feature, GREATEST_POINTS, Law, Mark, Response, Scale, Sensor, SensorKind,
@@ -284,6 +284,10 @@ impl Differential {
                  {FARTHEST} of the body's radius, {most} mm"
             );
             return Err(Invalid::new("robot.greatest_speed_mm_s", problem));
+        }
+        if self.model.is_some() && count > GREATEST_SEEN_MEMBERS {
+            let problem = format!("is {count}; allowed with robot.model: 1 to {GREATEST_SEEN_MEMBERS}");
+            return Err(Invalid::new("robot.count", problem));
         }
         self.genomes.check(count)?;
         self.check_starts(body)?;

@@ -52,6 +52,8 @@ fn make(spec: &WorldSpec, physics: &Physics, episodes: EpisodeKind) -> Result<Ma
             together: robot.together.as_ref().map(|swarm| Together {
                 count: swarm.count,
                 pucks: swarm.pucks.as_ref().map_or(0, |pucks| pucks.count),
+                squares: swarm.squares(),
+                rows: swarm.rows(),
                 hearing: swarm.model.as_ref().map(|(model, values)| Hearing {
                     model: model.word(),
                     part: model.part(),

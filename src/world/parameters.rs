@@ -9,7 +9,7 @@ use crate::parameter::Allowed::{Any, Number, Text, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 use crate::parts::automode::Modules;
 use crate::parts::network::Network;
-use crate::world::differential::{Differential, GREATEST_MEMBERS};
+use crate::world::differential::{Differential, GREATEST_MEMBERS, GREATEST_SEEN_MEMBERS};
 use crate::world::pucks::GREATEST_YIELDS;
 use crate::world::robot::{Build, Robot};
 use crate::world::spec::{Activation, Controller, Difference, Speed, Task, WorldSpec};
@@ -103,8 +103,8 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Factor of the attraction; default: 1.", |spec, _| Some(&mut described(spec)?.reference.attraction)),
         row("robot.body_height_mm", "mm", LENGTH, ARGOS,
             "Body height, for hiding lamps from other robots; default: 76.", |spec, _| Some(&mut described(spec)?.reference.body_height)),
-        row("pucks.count", "", Whole(1, u64::from(GREATEST_MEMBERS) - 1), OURS,
-            "Number of pucks that a swarm's robots push and carry, 128 with the robots: see docs/pucks.md; default: none.", |spec, _| Some(&mut spec.as_mut().pucks.count)),
+        row("pucks.count", "", Whole(1, u64::from(GREATEST_SEEN_MEMBERS) - 1), OURS,
+            "Number of pucks that a swarm's robots push and carry, at most 1,024 with the robots: see docs/pucks.md; default: none.", |spec, _| Some(&mut spec.as_mut().pucks.count)),
         row("pucks.radius_mm", "mm", Number(1.0, 1e4), OURS,
             "Radius of a puck.", |spec, _| Some(&mut spec.as_mut().pucks.radius)),
         row("pucks.yields", "", Number(0.0, GREATEST_YIELDS), OURS,

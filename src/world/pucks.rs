@@ -15,7 +15,7 @@ pub(super) const GREATEST_YIELDS: f64 = 0.9;
 /// Pucks of a world, which are alike. All are `None` where there are none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pucks {
-    /// Number of pucks, 1 to 127, and at most 128 with the robots.
+    /// Number of pucks, 1 to 127, and at most 1,024 with the robots.
     pub count: Option<u32>,
     /// Radius, mm.
     pub radius: Option<f32>,
@@ -80,8 +80,10 @@ impl Pucks {
             return invalid("count", "is given; allowed: only without robot.model".to_owned());
         }
         if count + swarm.count > GREATEST_MEMBERS {
-            let most = GREATEST_MEMBERS - swarm.count;
-            let problem = format!("is {count}; allowed with {} robots: 1 to {most}", swarm.count);
+            let problem = match GREATEST_MEMBERS - swarm.count {
+                0 => format!("is {count}; allowed with {} robots: no pucks", swarm.count),
+                most => format!("is {count}; allowed with {} robots: 1 to {most}", swarm.count),
+            };
             return invalid("count", problem);
         }
         let Some(radius) = self.radius else {

@@ -6,7 +6,7 @@ use oneiro_shader_compiler::declarations::is_reserved;
 
 use crate::parameter::Invalid;
 use crate::world::arena::{Arena, Patch};
-use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
+use crate::world::described::{Battery, Described, Drive, GREATEST_SEEN_MEMBERS, Genomes, Together, WheelNoise};
 use crate::world::discs::Discs;
 use crate::world::reference::Reference;
 use crate::world::sensors::{APART, Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
@@ -368,15 +368,37 @@ fn among(robot: &Described, [others, pucks, pressing]: [&str; 3], widest: &str) 
 "
         )
     };
+    // Robots have the numbers before `count`, and pucks those after.
+    let has_squares = robot.together.as_ref().is_some_and(|swarm| swarm.squares() > 0);
+    let each = |from: &str, end: &str| {
+        if !has_squares {
+            return (
+                format!("    for (var other = {from}; other < {end}; other++) {{\n"),
+                String::new(),
+            );
+        }
+        let search = format!(
+            "    var search_to_{end} = search_for_sensors(episode, at);
+    for (var turn = 0u; turn < SEARCH_TURNS; turn++) {{
+        search_to_{end} = search_on(episode, search_to_{end});
+        if (search_to_{end}.is_over) {{
+            break;
+        }}
+        let other = search_to_{end}.body;
+"
+        );
+        let found = format!("search_to_{end}.is_found & (other >= {from}) & (other < {end}) & ");
+        (search, found)
+    };
+    let (search, found) = each("0u", "count");
     let mut text = format!(
         "    let members = members_of(world);
     let body_squared = members.body * members.body;
     let count = member_count(world);
-    for (var other = 0u; other < count; other++) {{
-        let there = place_in(member_at(episode, other), MEMBER_X);
+{search}        let there = place_in(member_at(episode, other), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let squared = squared_length(to);
-        if ((other != episode.member) & (squared < members.reach_squared)) {{
+        if ({found}(other != episode.member) & (squared < members.reach_squared)) {{
 {others}{}        }}
     }}
 ",
@@ -384,15 +406,16 @@ fn among(robot: &Described, [others, pucks, pressing]: [&str; 3], widest: &str) 
     );
     if robot.pucks().is_some() {
         let pressed = pressed("apart");
+        let (search, found) = each("count", "bodies");
         let _ = write!(
             text,
             "    let puck = pucks_of(world).radius;
     let apart = members.body + puck;
-    for (var other = count; other < body_count(world); other++) {{
-        let there = place_in(member_at(episode, other), MEMBER_X);
+    let bodies = body_count(world);
+{search}        let there = place_in(member_at(episode, other), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let squared = squared_length(to);
-        if (is_on_floor(episode, other) & (squared < members.reach_squared)) {{
+        if ({found}is_on_floor(episode, other) & (squared < members.reach_squared)) {{
             let body_squared = puck * puck;
 {pucks}{pressed}        }}
     }}
@@ -469,8 +492,10 @@ fn first_gene(robot: &Described, together: &Together, arena: &Arena) -> String {
 /// Constants of a robot's world.
 fn constants(robot: &Described, together: &Together, spec: &WorldSpec) -> String {
     let (arena, body_radius) = (&spec.arena, spec.robot.body_radius);
+    let has_squares = together.squares() > 0;
+    let greatest = together.bodies().max(GREATEST_SEEN_MEMBERS);
     let mut text = format!(
-        "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;
+        "const GREATEST_MEMBERS: u32 = {greatest}u;
 const MEMBERS_CELL: u32 = {}u;
 fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
 {}}}
@@ -484,6 +509,9 @@ fn first_gene(episode: Episode, member: u32) -> u32 {{
     );
     if let Some(discs) = &together.pucks {
         text += &pucks(robot, discs, arena);
+    }
+    if has_squares {
+        let _ = writeln!(text, "const SQUARES_CELL: u32 = {}u;", robot.squares_cell(arena));
     }
     if together.model.is_some() {
         let (cell, sides) = (robot.reference_cell(arena), arena.sides);

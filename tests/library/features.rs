@@ -22,6 +22,7 @@ features! {
     individual: "individual",
     members: "members",
     near: "near",
+    neighbours: "neighbours",
     network: "network",
     observed: "observed",
     pucks: "pucks",

@@ -59,6 +59,8 @@ mod missions;
 mod mutants;
 #[cfg(feature = "compose")]
 mod near;
+#[cfg(feature = "compose")]
+mod neighbours;
 mod network;
 mod numerics;
 #[cfg(feature = "compose")]

@@ -479,8 +479,8 @@ fn refusals_say_what_is_allowed() {
         "task.part: has a mission (`mission_cycle`); allowed: only in swarms, with robot.count"
     );
     assert_eq!(
-        single(|own| own.count = Some(129)),
-        "robot.count: is 129; allowed: 1 to 128"
+        single(|own| own.count = Some(1025)),
+        "robot.count: is 1025; allowed: 1 to 1024"
     );
     assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, but the arena has room"));
     assert!(single(|own| own.greatest_speed = Some(300.0)).starts_with(

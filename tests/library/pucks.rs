@@ -321,7 +321,7 @@ fn what_does_not_fit_is_refused() {
     refused(&|spec| spec.pucks.radius = None, "pucks", "radius_mm");
     refused(&|spec| spec.pucks.radius = Some(19.9), "pucks.radius_mm", "at least 20");
     refused(&|spec| spec.pucks.yields = Some(0.95), "pucks.yields", "0.9");
-    refused(&|spec| spec.pucks.count = Some(125), "pucks.count", "1 to 124");
+    refused(&|spec| spec.pucks.count = Some(128), "pucks.count", "1 to 127");
     refused(&|spec| spec.pucks.count = Some(100), "pucks.count", "beside the robots");
     refused(
         &|spec| spec.pucks.places = Some(Starts(vec![[100.0, 100.0]])),

@@ -153,6 +153,10 @@ fn pucks_wait(episode: Episode) {
 fn pucks_move(episode: Episode) {
 }
 
+// Lists bodies by where they are, for searches of those near a place, where lib/neighbours.wgsl has them.
+fn list_bodies(episode: Episode) {
+}
+
 // A robot of a world, given the world's episode.
 fn member_episode(episode: Episode, member: u32) -> Episode {
     let member_words = member_at(episode, member);

@@ -185,6 +185,7 @@ fn put_puck(episode: Episode) -> bool {
         put_place(member_at(episode, body), MEMBER_X, place);
         put_word(member_at(episode, body), MEMBER_HELD, 0u);
         put_word(episode.member_words, MEMBER_HELD, 0u);
+        list_bodies(episode);
     }
     return is_free;
 }

@@ -44,10 +44,56 @@ fn pushed_out(world: u32, body: u32, at: vec2<f32>) -> vec2<f32> {
     return place;
 }
 
+// Whether a body, which was at a place before the current push, overlapped with another by more than TOUCH. Bodies at one place to a
+// thousandth of a millimetre don't: they have no direction to part in.
+fn overlaps_before(episode: Episode, of_robots: Apart, member: u32, at: vec2<f32>, other: u32) -> bool {
+    let beside = place_in(member_at(episode, other), MEMBER_BEFORE);
+    let squared = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y));
+    return (squared < apart_of(episode, of_robots, TOUCH, member, other).near_squared) & (squared > 0x1p-20f);
+}
+
+// A body gives way to another with which it overlapped, by its share.
+fn give_way(episode: Episode, of_robots: Apart, body: u32, other: u32) {
+    let first = min(body, other);
+    let second = max(body, other);
+    let at = place_in(member_at(episode, first), MEMBER_BEFORE);
+    let beside = place_in(member_at(episode, second), MEMBER_BEFORE);
+    let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
+    let touching = apart_of(episode, of_robots, TOUCH, first, second).touching;
+    let overlap = touching * reciprocal_root(squared_length(away)) - 1.0f;
+    let part = share_of_first(episode.world, first, second);
+    let share = select((part - 1.0f) * overlap, part * overlap, body == first);
+    let words = member_at(episode, body);
+    let moved = place_in(words, MEMBER_GOAL);
+    put_place(words, MEMBER_GOAL, vec2<f32>(moved.x + share * away.x, moved.y + share * away.y));
+}
+
+// How far around itself a body looks for others, mm, of which lib/neighbours.wgsl makes something: here each looks at all.
+fn reach_to_touching(episode: Episode) -> f32 {
+    return 0.0f;
+}
+
+// A body and those after it that overlapped give way to each other: each to the others in the order of their numbers, on which the
+// rounding of sums depends. Returns whether any did.
+fn push_others(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bool {
+    let count = body_count(episode.world);
+    let at = place_in(member_at(episode, member), MEMBER_BEFORE);
+    var pushed = false;
+    for (var other = member + 1u; other < count; other++) {
+        if (overlaps_before(episode, of_robots, member, at, other)) {
+            give_way(episode, of_robots, member, other);
+            give_way(episode, of_robots, other, member);
+            pushed = true;
+        }
+    }
+    return pushed;
+}
+
 // Bodies that overlap give way by their shares of each overlap, all at once. Returns whether any did.
 fn push(episode: Episode) -> bool {
     let count = body_count(episode.world);
     let of_robots = apart_by(2.0f * members_of(episode.world).body, TOUCH);
+    let reach = reach_to_touching(episode);
     var pushed = false;
     for (var member = 0u; member < count; member++) {
         let member_words = member_at(episode, member);
@@ -55,28 +101,7 @@ fn push(episode: Episode) -> bool {
         put_word(member_words, MEMBER_BEFORE + 1u, word(member_words, MEMBER_GOAL + 1u));
     }
     for (var member = 0u; member < count; member++) {
-        let member_words = member_at(episode, member);
-        let at = place_in(member_words, MEMBER_BEFORE);
-        var moved = place_in(member_words, MEMBER_GOAL);
-        for (var other = member + 1u; other < count; other++) {
-            let another = member_at(episode, other);
-            let beside = place_in(another, MEMBER_BEFORE);
-            let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
-            let squared = squared_length(away);
-            let apart = apart_of(episode, of_robots, TOUCH, member, other);
-            // Bodies at one place to a thousandth of a millimetre have no direction to part in.
-            if ((squared < apart.near_squared) & (squared > 0x1p-20f)) {
-                let overlap = apart.touching * reciprocal_root(squared) - 1.0f;
-                let part = share_of_first(episode.world, member, other);
-                let share = part * overlap;
-                let rest = (1.0f - part) * overlap;
-                moved = vec2<f32>(moved.x + share * away.x, moved.y + share * away.y);
-                let gone = place_in(another, MEMBER_GOAL);
-                put_place(another, MEMBER_GOAL, vec2<f32>(gone.x - rest * away.x, gone.y - rest * away.y));
-                pushed = true;
-            }
-        }
-        put_place(member_words, MEMBER_GOAL, moved);
+        pushed = push_others(episode, of_robots, member, reach) | pushed;
     }
     // Only a world that has objects looks at them.
     if (worlds[episode.world].shapes > 0u) {
@@ -107,12 +132,56 @@ fn push_all(episode: Episode) {
     }
 }
 
+// Whether a body at a place and another one, where it wants to get to, overlap by more than OVERLAP.
+fn is_in_way(episode: Episode, of_robots: Apart, member: u32, at: vec2<f32>, other: u32) -> bool {
+    let near_squared = apart_of(episode, of_robots, OVERLAP, member, other).near_squared;
+    let beside = place_in(member_at(episode, other), MEMBER_GOAL);
+    return squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near_squared;
+}
+
+// Whether a body overlaps with another by more than OVERLAP.
+fn is_pressed(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bool {
+    let count = body_count(episode.world);
+    let at = place_in(member_at(episode, member), MEMBER_GOAL);
+    var pressed = false;
+    for (var other = 0u; other < count; other++) {
+        pressed = pressed | (is_in_way(episode, of_robots, member, at, other) & (other != member));
+    }
+    return pressed;
+}
+
+// Those in the way of the first `queued` bodies of the queue, which return to where they were, return too, and so do those in their
+// way. Each turn of the loop looks at one body, whether it is in the way of the one at the queue's head.
+fn queue_those_in_way(episode: Episode, of_robots: Apart, queued: u32, reach: f32) {
+    let count = body_count(episode.world);
+    var head = 0u;
+    var tail = queued;
+    var other = 0u;
+    for (var turn = 0u; turn < count * count; turn++) {
+        if (head == tail) {
+            break;
+        }
+        let returning = word(member_at(episode, head), MEMBER_QUEUE);
+        let start = place_in(member_at(episode, returning), MEMBER_X);
+        let another = member_at(episode, other);
+        if (is_in_way(episode, of_robots, returning, start, other) & (word(another, MEMBER_MET) == 0u)) {
+            put_word(another, MEMBER_MET, 1u);
+            put_word(member_at(episode, tail), MEMBER_QUEUE, other);
+            tail++;
+        }
+        other++;
+        head = select(head, head + 1u, other == count);
+        other = select(other, 0u, other == count);
+    }
+}
+
 // Bodies that got too far, and if `overlap` those that overlap with another or with an object, return to where they were, and
 // so do those in the way of one that returns.
 fn take_back(episode: Episode, overlap: bool) {
     let count = body_count(episode.world);
     let body = members_of(episode.world).body;
     let of_robots = apart_by(2.0f * body, OVERLAP);
+    let reach = reach_to_touching(episode);
     var tail = 0u;
     for (var member = 0u; member < count; member++) {
         let member_words = member_at(episode, member);
@@ -122,12 +191,7 @@ fn take_back(episode: Episode, overlap: bool) {
         var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
         if (overlap & is_on_floor(episode, member)) {
             returns = returns | presses(episode.world, member, at, OVERLAP);
-            for (var other = 0u; other < count; other++) {
-                let near_squared = apart_of(episode, of_robots, OVERLAP, member, other).near_squared;
-                let beside = place_in(member_at(episode, other), MEMBER_GOAL);
-                let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near_squared;
-                returns = returns | (is_near & (other != member));
-            }
+            returns = is_pressed(episode, of_robots, member, reach) | returns;
         }
         put_word(member_words, MEMBER_MET, select(0u, 1u, returns));
         if (returns) {
@@ -135,28 +199,7 @@ fn take_back(episode: Episode, overlap: bool) {
             tail++;
         }
     }
-    // Each turn of the loop looks at one body, whether it is in the way of the one at the queue's head.
-    var head = 0u;
-    var other = 0u;
-    for (var turn = 0u; turn < count * count; turn++) {
-        if (head == tail) {
-            break;
-        }
-        let returning = word(member_at(episode, head), MEMBER_QUEUE);
-        let start = place_in(member_at(episode, returning), MEMBER_X);
-        let near_squared = apart_of(episode, of_robots, OVERLAP, returning, other).near_squared;
-        let another = member_at(episode, other);
-        let at = place_in(another, MEMBER_GOAL);
-        let is_near = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) < near_squared;
-        if (is_near & (word(another, MEMBER_MET) == 0u)) {
-            put_word(another, MEMBER_MET, 1u);
-            put_word(member_at(episode, tail), MEMBER_QUEUE, other);
-            tail++;
-        }
-        other++;
-        head = select(head, head + 1u, other == count);
-        other = select(other, 0u, other == count);
-    }
+    queue_those_in_way(episode, of_robots, tail, reach);
     for (var member = 0u; member < count; member++) {
         let member_words = member_at(episode, member);
         if (word(member_words, MEMBER_MET) != 0u) {

@@ -49,6 +49,7 @@ fn begin(episode: Episode) {
         put_word(member_words, MEMBER_KEY + 1u, key.y);
     }
     place_bodies(episode);
+    list_bodies(episode);
     for (var member = 0u; member < count; member++) {
         let me = member_episode(episode, member);
         let pose = member_pose(me.member_words);
@@ -168,6 +169,7 @@ struct Cycle {
 fn cycle(episode: Episode, step: u32) -> Cycle {
     let count = member_count(episode.world);
     var first = Act();
+    list_bodies(episode);
     hear(episode, step);
     for (var member = 0u; member < count; member++) {
         let me = member_episode(episode, member);

@@ -63,6 +63,12 @@ pub(crate) struct Together {
     pub(crate) count: u32,
     /// Number of pucks.
     pub(crate) pucks: u32,
+    /// Most squares of the arena by which bodies find those near them; 0: each looks at all.
+    #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
+    pub(crate) squares: u32,
+    /// Most rows of them.
+    #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
+    pub(crate) rows: u32,
     /// How they hear each other, if they do.
     pub(crate) hearing: Option<Hearing>,
 }

@@ -67,6 +67,9 @@ const NEAR: &str = "lib/near.wgsl";
 /// The part of pucks.
 const PUCKS: &str = "lib/pucks.wgsl";
 
+/// The part of swarms of many bodies.
+const NEIGHBOURS: &str = "lib/neighbours.wgsl";
+
 /// The parts of floors with a picture: what all have, the readings of a parametric robot, and the floor that custom parts of a single
 /// robot ask for.
 const PICTURE: &str = "lib/picture.wgsl";
@@ -251,7 +254,10 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     match &owner.make {
         Make::Sampled => {}
         Make::Described(robot) => {
-            if let Some(Together { count, pucks, hearing }) = robot.together {
+            if let Some(Together {
+                count, pucks, hearing, ..
+            }) = robot.together
+            {
                 // Its traces have as many poses.
                 let _ = write!(name, "+{count}-together");
                 if pucks > 0 {
@@ -495,6 +501,9 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     }
     if together.is_some_and(|together| together.pucks > 0) {
         parts = with(parts, shipped(PUCKS));
+    }
+    if together.is_some_and(|together| together.squares > 0) {
+        parts = with(parts, shipped(NEIGHBOURS));
     }
     if owner.has_picture {
         parts = with(parts, shipped(PICTURE));

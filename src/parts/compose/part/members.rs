@@ -190,6 +190,9 @@ fn save_{word}(words: u32, memory: {structure}) {{
         text += &observed(together.count, &mut of_member);
     }
     text += &heard(together, &mut of_world, &mut of_member);
+    if together.squares > 0 {
+        text += &squares(together, &mut of_world, &mut of_member);
+    }
     if together.pucks > 0 {
         let _ = writeln!(text, "const MEMBER_HELD: u32 = MEMBER_MEMORY + {}u;", of_member.count);
         of_member.count += 1;
@@ -201,6 +204,28 @@ fn save_{word}(words: u32, memory: {structure}) {{
         of_world.count, of_member.count
     );
     text
+}
+
+/// Words for the lists of a world's squares: see `lib/neighbours.wgsl`.
+fn squares(together: Together, of_world: &mut Words, of_member: &mut Words) -> String {
+    let Together {
+        count,
+        pucks,
+        squares,
+        rows,
+        ..
+    } = together;
+    let (first, member) = (of_world.count, of_member.count);
+    of_member.count += 2;
+    of_world.count += (squares + 1 + count + pucks) as usize;
+    format!(
+        "const MOST_SQUARES: u32 = {squares}u;
+const MOST_ROWS: u32 = {rows}u;
+const MEMBER_LISTED: u32 = MEMBER_MEMORY + {member}u;
+const WORLD_SQUARES: u32 = WORLD_MEMORY + {first}u;
+const WORLD_LISTED: u32 = WORLD_SQUARES + MOST_SQUARES + 1u;
+"
+    )
 }
 
 /// Words for messages and the floor. Each robot has a word for the floor, one for the number of messages received in this

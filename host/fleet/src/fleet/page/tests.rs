@@ -269,6 +269,7 @@ fn a_browser_shows_what_is_new() {
     std::fs::write(browser::folder("live-page").join(SCRIPT), both).unwrap();
     let ask = "\
         const soon = (ms) => new Promise((then) => setTimeout(then, ms));\n\
+        const until = async (test) => { for (let look = 0; look < 400 && !test(); look++) await soon(50); };\n\
         const at = (id) => document.getElementById(id).textContent;\n\
         const age = (text) => (parseFloat(text) < 4 ? ' heard ' : ' not heard ');\n\
         const row = (moment) => moment.textContent.replace(/(\\d+\\.\\d) s ago/, age);\n\
@@ -277,14 +278,14 @@ fn a_browser_shows_what_is_new() {
         const press = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\n\
         const acts = [];\n\
         const tell = () => acts.push([at('clock'), at('news'), rows(), drawn()]);\n\
-        await soon(500); tell();\n\
-        press('ArrowLeft'); await soon(1200); tell();\n\
-        document.querySelectorAll('.who')[0].click(); await soon(100); acts.push(at('robot'));\n\
-        window.now = 2; await soon(1500); acts.push(at('clock'));\n\
-        window.now = 1; await soon(1500); press('End'); window.now = 2; await soon(1500); tell();\n\
-        window.now = 3; await soon(1500); acts.push(at('news'));\n\
+        await until(() => at('news') === 'The end.'); tell();\n\
+        press('ArrowLeft'); await until(() => at('clock') === '0:02 of 0:03'); await soon(1200); tell();\n\
+        document.querySelectorAll('.who')[0].click(); await until(() => at('robot').startsWith('Robot 0')); acts.push(at('robot'));\n\
+        window.now = 2; await until(() => at('clock').endsWith('0:04')); acts.push(at('clock'));\n\
+        window.now = 1; await soon(1500); press('End'); window.now = 2; await until(() => at('news') === 'Later.'); tell();\n\
+        window.now = 3; await until(() => at('news') === 'Live.'); acts.push(at('news'));\n\
         const now = performance.now.bind(performance); performance.now = () => now() + 60000;\n\
-        await soon(1500); acts.push(at('news').replace(/[0-9]+/, 'N'));\n\
+        await until(() => at('news') !== 'Live.'); acts.push(at('news').replace(/[0-9]+/, 'N'));\n\
         return acts;";
     let page = std::fs::read_to_string(fleet.directory.join(PAGE)).unwrap();
     std::fs::remove_dir_all(fleet.directory.parent().unwrap()).unwrap();
