@@ -95,8 +95,13 @@ pub(crate) fn run(arguments: &Compare, console: Console) -> Result {
     let written = compare::write(out, &conditions, &plan, appraisals.as_deref())?;
     let mut value = written.json;
     value["files"] = json!(written.files);
+    let pairs = if written.pairs.is_empty() {
+        "too few runs for tests".to_owned()
+    } else {
+        columns(&written.heads_of_pairs, &written.pairs)
+    };
     let text = format!(
-        "{}\nreport  {}",
+        "{}\n{pairs}\nreport  {}",
         columns(&written.heads, &written.rows),
         out.join(compare::PAGE).display()
     );

@@ -356,6 +356,9 @@ pub struct Written {
     /// A table for people.
     pub heads: [&'static str; 7],
     pub rows: Vec<Vec<String>>,
+    /// The same of the pairs that are tested.
+    pub heads_of_pairs: [&'static str; 6],
+    pub pairs: Vec<Vec<String>>,
 }
 
 /// Writes the report and its tables into a directory, in place of earlier ones. `appraisals` are those of new episodes.
@@ -425,6 +428,8 @@ pub fn write(
         json: report.json,
         heads: conditions::HEADS,
         rows: report.rows,
+        heads_of_pairs: conditions::HEADS_OF_PAIRS,
+        pairs: report.pairs,
     })
 }
 

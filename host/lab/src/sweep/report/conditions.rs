@@ -52,10 +52,15 @@ pub(crate) struct Report {
     pub json: Value,
     /// A row of text for each condition: its name, runs, episodes, median with its interval, and mean.
     pub rows: Vec<Vec<String>>,
+    /// A row of text for each pair that is tested: its names, the difference of the means, effect size and p.
+    pub pairs: Vec<Vec<String>>,
 }
 
 /// The heads of [`Report::rows`].
 pub(crate) const HEADS: [&str; 7] = ["condition", "runs", "NaN", "episodes a run", "median", "95 %", "mean"];
+
+/// The heads of [`Report::pairs`]. A is the chance that a run of the first scores more than one of the second.
+pub(crate) const HEADS_OF_PAIRS: [&str; 6] = ["first", "second", "difference of means", "A", "p", "p (Holm)"];
 
 /// The columns of the table of conditions.
 pub(crate) static COLUMNS: [Column; 13] = [
@@ -151,6 +156,12 @@ pub(crate) fn report(request: &Request<'_>) -> Result<Report> {
             "warnings": request.warnings,
         }),
         rows: conditions.iter().map(Condition::texts).collect(),
+        pairs: effects
+            .levels
+            .comparisons
+            .iter()
+            .map(|one| texts(&names, one))
+            .collect(),
     })
 }
 
@@ -384,6 +395,17 @@ fn test(names: &[&str], one: &Comparison) -> Value {
     })
 }
 
+/// The same as text.
+fn texts(names: &[&str], one: &Comparison) -> Vec<String> {
+    let plain = |x: f64| significant(x, DIGITS as usize);
+    let figures = [one.means[0] - one.means[1], one.a, one.p, one.p_holm];
+    one.pair
+        .map(|place| names[place].to_owned())
+        .into_iter()
+        .chain(figures.map(plain))
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use std::fmt::Write as _;
@@ -454,5 +476,12 @@ mod tests {
         assert_eq!(report.json["tests"][0]["first"], "10");
         assert_eq!(report.json["tests"].as_array().unwrap().len(), 1);
         assert!(report.json["tests"][0]["p_holm"] == report.json["tests"][0]["p"]);
+        let p = report.json["tests"][0]["p"].as_f64().unwrap();
+        assert_eq!(report.pairs[0][..2], ["10", "20"]);
+        assert!(
+            (report.pairs[0][4].parse::<f64>().unwrap() - p).abs() < 1e-3 * p,
+            "{:?} {p}",
+            report.pairs
+        );
     }
 }
