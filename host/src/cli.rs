@@ -384,6 +384,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Evolve controllers from one seed or from many
     Run(Run),
+    /// Make a run of genomes that were evolved elsewhere
+    Adopt(Adopt),
     /// Finish a run that was stopped, or extend a run
     Resume(Resume),
     /// Run many evolutions as one job: a grid of values, many seeds each
@@ -550,6 +552,37 @@ pub(crate) struct Run {
     /// Its page.
     #[command(flatten)]
     pub(crate) beside: Beside,
+}
+
+/// `oneiro adopt`
+#[derive(Args, Debug)]
+pub(crate) struct Adopt {
+    /// The experiment's TOML file; its optimiser is not used
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: PathBuf,
+    /// .npy (f4 or f8, rows x genes), .csv (a genome per row), .json or AutoMoDe's .txt, or a run's directory (its champion)
+    #[arg(long, value_name = "FILE|DIR", value_hint = ValueHint::AnyPath)]
+    pub(crate) genomes: PathBuf,
+    /// Episodes of each genome; the best mean is the champion [default: 100]
+    #[arg(long, value_name = "K", value_parser = whole::<u32>(2..=10_000))]
+    pub(crate) trials: Option<u32>,
+    /// Seed of starts and noise [default: the experiment's, else a random one]
+    #[arg(long, value_name = "N", value_parser = seed())]
+    pub(crate) seed: Option<u64>,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<String>,
+    /// The run's directory [default: runs/NAME-SEED, or -b, -c.. after it if another run has that name]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+impl Adopt {
+    /// Episodes of each genome without `--trials`.
+    pub(crate) const EPISODES: u32 = 100;
 }
 
 /// `oneiro resume`
@@ -875,7 +908,7 @@ pub(crate) struct Watch {
 }
 
 /// The page of a command that evolves.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 pub(crate) struct Beside {
     /// Serve a page that shows the evolution while it runs, and print its address
     #[arg(long)]

@@ -54,6 +54,75 @@ fn table(text: &str) -> (Vec<&str>, Vec<Vec<&str>>) {
     (lines.next().unwrap(), lines.collect())
 }
 
+/// Genomes of other programs become a run: by their names, in any order, and the best mean of all is the champion.
+#[test]
+fn genomes_of_others_become_a_run() {
+    let place = Place::new("adopted");
+    place.two_runs();
+    let champion: Value = serde_json::from_str(&place.text("runs/run-2/champion.json")).unwrap();
+    let names: Vec<&str> = champion["gene_names"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|name| name.as_str().unwrap())
+        .collect();
+    let genes: Vec<f64> = champion["genome"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|gene| gene.as_f64().unwrap())
+        .collect();
+    let row = |of: &dyn Fn(f64) -> f64| {
+        genes
+            .iter()
+            .rev()
+            .map(|gene| of(*gene).to_string())
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    let backwards: Vec<&str> = names.iter().rev().copied().collect();
+    let rows = [row(&|_| 0.0), row(&|gene| gene), row(&|gene| -gene)];
+    place.write("others.csv", format!("{}\n{}\n", backwards.join(","), rows.join("\n")));
+    let adopt = |genomes: &str, out: &str| {
+        let command = [
+            "adopt",
+            "small.toml",
+            "--genomes",
+            genomes,
+            "--trials",
+            "20",
+            "--seed",
+            "7",
+            "--out",
+            out,
+            "--backend",
+            "cpu",
+        ];
+        place.run(&command)
+    };
+    adopt("others.csv", "adopted").exits(0);
+    let adopted: Value = serde_json::from_str(&place.text("adopted/champion.json")).unwrap();
+    assert_eq!(adopted["genome"], champion["genome"]);
+    assert_eq!(
+        (adopted["lives"].as_u64(), adopted["individual"].as_u64()),
+        (Some(20), Some(1))
+    );
+    // What takes a run takes it.
+    for command in ["verify", "replay", "resume"] {
+        place.good(&[command, "adopted"]);
+    }
+    // A run's directory stands for its champion. Other names are refused.
+    adopt("runs/run-2", "one").exits(0);
+    let one: Value = serde_json::from_str(&place.text("one/champion.json")).unwrap();
+    assert_eq!(one["genome"], champion["genome"]);
+    place.write(
+        "wrong.csv",
+        format!("{}\n{}\n", backwards.join(",").replace("bias", "basis"), rows[0]),
+    );
+    adopt("wrong.csv", "none").exits(3).says(&["wrong.csv", "bias_left"]);
+    assert!(!place.at("none").exists());
+}
+
 fn bits(rows: &[Value]) -> Vec<&str> {
     rows.iter().map(|row| row["bits"].as_str().unwrap()).collect()
 }

@@ -25,7 +25,7 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 45] = [
+const COMMANDS: [(&str, &[&str]); 46] = [
     ("new", &["new", "OUT.toml"]),
     ("import", &["import", "maze.txt", "--out", "OUT.toml"]),
     (
@@ -52,6 +52,10 @@ const COMMANDS: [(&str, &[&str]); 45] = [
     ),
     ("run parts", &["run", "parts.toml", "--seed", "1", "--out", "OUT"]),
     ("run a swarm", &["run", "swarm.toml", "--seed", "1", "--out", "OUT"]),
+    (
+        "adopt",
+        &["adopt", "small.toml", "--genomes", "run", "--seed", "1", "--out", "OUT"],
+    ),
     ("resume", &["resume", "run"]),
     (
         "evaluate",

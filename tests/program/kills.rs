@@ -47,10 +47,11 @@ impl Case {
     }
 }
 
-const CASES: [Case; 35] = [
+const CASES: [Case; 36] = [
     Case::new("run", "small.toml --seed 1 --out WORK/out"),
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
+    Case::new("adopt", "small.toml --genomes done --seed 2 --out WORK/out"),
     Case::new("resume", "WORK/stopped"),
     Case::new("resume", "WORK/done --generations 9"),
     Case::new("sweep run", "sweep.toml --out WORK/out --checkpoint-every 0.001s"),

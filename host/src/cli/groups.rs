@@ -8,7 +8,7 @@ use clap::Command;
 const GROUPS: [(&str, &[&str]); 4] = [
     (
         "Evolve",
-        &["new", "import", "check", "run", "resume", "sweep", "reproduce"],
+        &["new", "import", "check", "run", "adopt", "resume", "sweep", "reproduce"],
     ),
     (
         "Look at results",

@@ -7,6 +7,7 @@ use oneiro_lab::engine::watcher::stop_at_once;
 
 use crate::cli::Command;
 
+mod adopt;
 mod check;
 mod compare;
 mod completions;
@@ -41,7 +42,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
     #[cfg(unix)]
     if matches!(
         command,
-        Command::Run(_) | Command::Resume(_) | Command::Sweep(_) | Command::Reproduce(_)
+        Command::Run(_) | Command::Adopt(_) | Command::Resume(_) | Command::Sweep(_) | Command::Reproduce(_)
     ) {
         stop_at_once()?;
     }
@@ -50,6 +51,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Import(arguments) => import::run(&arguments, console),
         Command::Check(arguments) => check::run(&arguments, console),
         Command::Run(arguments) => run::run(&arguments, console),
+        Command::Adopt(arguments) => adopt::run(arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),
         Command::Evaluate(arguments) => evaluate::run(&arguments, console),
         Command::Compare(arguments) => compare::run(&arguments, console),

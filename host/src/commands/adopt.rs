@@ -1,0 +1,56 @@
+//! `oneiro adopt`: genomes that others evolved become a run of one generation.
+
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::experiment::Experiment;
+use oneiro_lab::genomes;
+use serde_json::json;
+
+use super::run as evolve;
+use crate::cli;
+
+/// The genome of a run's directory.
+const CHAMPION: &str = "champion.json";
+/// Most genomes of a run: each is a finalist.
+const MOST: usize = 10_000;
+
+/// Runs the experiment with the given genomes as its only generation, each of which is a finalist.
+pub(crate) fn run(arguments: cli::Adopt, console: Console) -> Result {
+    let count = count(&arguments)?;
+    let episodes = arguments.trials.unwrap_or(cli::Adopt::EPISODES);
+    // The whole table, since what another optimiser needs is not for this one.
+    let evolution = format!(
+        "evolution={{kind=\"genetic\",init={},population={count},parents={count},generations=1,finalists={count},finalist_lives={episodes}}}",
+        json!(arguments.genomes)
+    );
+    evolve::run(
+        &cli::Run {
+            experiment: arguments.experiment,
+            seed: arguments.seed,
+            seeds: None,
+            backend: arguments.backend,
+            set: arguments.set.into_iter().chain([evolution]).collect(),
+            out: arguments.out,
+            beside: cli::Beside::default(),
+        },
+        console,
+    )
+}
+
+/// The number of given genomes.
+fn count(arguments: &cli::Adopt) -> Result<usize> {
+    let mut path = arguments.genomes.clone();
+    if path.is_dir() {
+        path.push(CHAMPION);
+    }
+    let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
+    // The run tells what is to be said of the file.
+    let count = genomes::read(&path, experiment.world().gene_layout(), drop)?.len();
+    if count > MOST {
+        return Err(Failure::input(format_args!(
+            "{}: has {count} genomes; allowed: 1 to {MOST}",
+            path.display()
+        )));
+    }
+    Ok(count)
+}
