@@ -94,10 +94,7 @@ pub(crate) fn subjects() -> Vec<Subject> {
     .map(|(name, spec)| {
         // Of so few cycles for the interpreter.
         let world = world(WorldSpec { cycles: 10, ..spec });
-        // A software driver leaves loops that turn so often.
-        Subject::new(name, 20, 1, |count| batch(&world, count))
-            .without_gpu()
-            .without_specialising()
+        Subject::new(name, 20, 1, |count| batch(&world, count)).without_specialising()
     })
     .into()
 }
