@@ -93,7 +93,7 @@ pub(crate) fn subjects() -> Vec<Subject> {
     ]
     .map(|(name, spec)| {
         // Of so few cycles for the interpreter.
-        let world = world(WorldSpec { cycles: 10, ..spec });
+        let world = world(WorldSpec { cycles: 6, ..spec });
         Subject::new(name, 20, 1, |count| batch(&world, count)).without_specialising()
     })
     .into()
