@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Speed of an e-puck in mazes of more and more walls: mazes.py PROGRAM [WALLS]...
+"""Speed of an e-puck among more and more walls, or on a floor of more and more patches: mazes.py PROGRAM [walls|patches=NUMBER]...
 
 Prints a million cycles per second of one thread, by the processor's time, of what 20 more trials of 512 random genomes take. A wall of
-112 mm stands in each square of 225 mm. The best of three is taken.
+112 mm stands in each square of 225 mm, or a disc of 100 mm radius lies there. The best of three is taken.
 """
 import math
 import os
@@ -15,23 +15,34 @@ SIDE = 225.0
 GENOMES, CYCLES, FEW, MANY = 512, 500, 4, 24
 
 
-def maze(walls):
-    """An experiment with so many walls."""
-    columns = math.ceil(math.sqrt(walls))
-    lines = []
-    for wall in range(walls):
-        column, row = divmod(wall, columns)
-        x, y = (SIDE * (place + 0.5) for place in (column, row))
-        across, along = (SIDE / 4, 0.0) if (column + row) % 2 else (0.0, SIDE / 4)
-        lines.append(f"{{ from_mm = [{x - across}, {y - along}], to_mm = [{x + across}, {y + along}] }},")
-    side = columns * SIDE
+def places(number):
+    columns = math.ceil(math.sqrt(number))
+    for place in range(number):
+        column, row = divmod(place, columns)
+        yield (column + row) % 2, *(SIDE * (at + 0.5) for at in (column, row))
+
+
+def wall(is_odd, x, y):
+    across, along = (SIDE / 4, 0.0) if is_odd else (0.0, SIDE / 4)
+    return f"{{ from_mm = [{x - across}, {y - along}], to_mm = [{x + across}, {y + along}] }}"
+
+
+def patch(is_odd, x, y):
+    return f"{{ x_mm = {x}, y_mm = {y}, radius_mm = 100.0, grey = {0.25 if is_odd else 0.75} }}"
+
+
+def arena(what, number):
+    """An experiment with so many walls or patches."""
+    side = math.ceil(math.sqrt(number)) * SIDE
+    one = {"walls": wall, "patches": patch}[what]
+    lines = ",\n".join(one(*place) for place in places(number))
     return f"""cycles = {CYCLES}
 robot.preset = "epuck"
 [arena]
 width_mm = {side}
 height_mm = {side}
-walls = [
-{chr(10).join(lines)}
+{what} = [
+{lines}
 ]
 """
 
@@ -46,12 +57,13 @@ def processor_seconds(program, experiment, trials):
 def main():
     program, *numbers = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
-        for walls in map(int, numbers or ["20", "64", "100", "1000"]):
-            experiment = os.path.join(folder, f"{walls}.toml")
+        for argument in numbers or ["walls=20", "walls=64", "walls=100", "walls=1000", "patches=12", "patches=64", "patches=1000", "patches=4096"]:
+            what, number = argument.split("=")
+            experiment = os.path.join(folder, f"{what}-{number}.toml")
             with open(experiment, "w") as file:
-                file.write(maze(walls))
+                file.write(arena(what, int(number)))
             took = [processor_seconds(program, experiment, MANY) - processor_seconds(program, experiment, FEW) for _ in range(3)]
-            print(walls, "walls:", round(GENOMES * CYCLES * (MANY - FEW) / min(took) / 1e6, 1), "million cycles/s")
+            print(number, what + ":", round(GENOMES * CYCLES * (MANY - FEW) / min(took) / 1e6, 1), "million cycles/s")
 
 
 main()

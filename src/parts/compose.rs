@@ -53,8 +53,8 @@ const NETWORK: &str = "network";
 const STATE_MACHINE: &str = "state-machine";
 const BEHAVIOUR_TREE: &str = "behaviour-tree";
 
-/// Most genes of a user's controller.
-pub const GREATEST_GENES: u32 = 1024;
+/// Most genes of a network or of a user's controller, and of all genomes of a team.
+pub const GREATEST_GENES: u32 = 65_536;
 
 /// A kind of part that a user may write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

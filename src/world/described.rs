@@ -7,6 +7,7 @@ use crate::world::arena::{self, Arena, Light, Patch};
 use crate::world::body::Body;
 use crate::world::discs::Discs;
 #[cfg(feature = "compose")]
+use crate::world::near;
 use crate::world::picture;
 use crate::world::reference::{self, Model, Reference};
 use crate::world::sensors::{Around, Response, Sensor};
@@ -28,6 +29,8 @@ pub(crate) struct Described {
     pub(crate) sensors: Vec<Sensor>,
     /// Whether its kernel looks at objects by a grid: see [`decide`](super::near::decide).
     pub(crate) looks_by_grid: bool,
+    /// The same of patches of the floor.
+    pub(crate) finds_patches_by_grid: bool,
     /// The column of the tables that each sensor reads; `None` for those that aren't sampled.
     pub(crate) columns: Vec<Option<u32>>,
 }
@@ -406,10 +409,15 @@ impl Described {
         2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
     }
 
+    /// The kernel's first cell of the grid of patches.
+    pub(crate) fn patches_cell(&self, arena: &Arena) -> usize {
+        self.picture_cell(arena) + if arena.picture.is_some() { picture::HEAD } else { 0 }
+    }
+
     /// The kernel's cell of the noise of wheels.
     #[cfg(feature = "compose")]
     pub(crate) fn noise_cell(&self, arena: &Arena) -> usize {
-        self.picture_cell(arena) + if arena.picture.is_some() { picture::HEAD } else { 0 }
+        self.patches_cell(arena) + if self.finds_patches_by_grid { near::HEAD } else { 0 }
     }
 
     /// The kernel's cell of a swarm.

@@ -189,6 +189,7 @@ impl Differential {
             }),
             together,
             looks_by_grid: false,
+            finds_patches_by_grid: false,
             columns,
             sensors: self.sensors.clone(),
         })
@@ -351,9 +352,7 @@ impl Differential {
 
     /// Checks the lights and patches of its arena.
     fn check_arena(&self, arena: &Arena) -> Result<(), Invalid> {
-        for (list, count) in [("lights", arena.lights.len()), ("patches", arena.patches.len())] {
-            length(format!("arena.{list}"), count, GREATEST_LIST)?;
-        }
+        length("arena.lights", arena.lights.len(), GREATEST_LIST)?;
         if self.model.is_none() {
             let height = arena.lights.iter().position(|light| light.height.is_some());
             let intensity = arena.lights.iter().position(|light| light.intensity.is_some());
@@ -392,5 +391,5 @@ const ONLY_WITH_A_BATTERY: &str = "is true; allowed: only with robot.battery_s";
 /// Minimum acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
 const LEAST_ACCELERATION: f32 = 1.0;
 
-/// Most sensors of a robot, most lights and most patches of its arena.
+/// Most sensors of a robot, and most lights of its arena.
 pub const GREATEST_LIST: usize = tables::GREATEST_SENSORS;

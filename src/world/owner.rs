@@ -16,6 +16,7 @@ impl WorldSpec {
             fields: self.robot.build.fields(),
             episodes,
             looks_by_grid: physics.described().is_some_and(|robot| robot.looks_by_grid),
+            finds_patches_by_grid: physics.described().is_some_and(|robot| robot.finds_patches_by_grid),
             has_picture: self.arena.picture.is_some(),
             is_varied: self.noise.is_varied(),
         })

@@ -321,13 +321,62 @@ fn a_network_without_layers_has_the_perceptrons_bits() {
 
 /// Episodes that are pinned ([`crate::composed`]).
 pub(crate) fn subjects() -> Vec<Subject> {
+    let large = world(3, |spec| spec.controller = Controller::Network(large()));
+    let large = Subject::new("large", 70, 2, |episodes| {
+        let small = |_, genes: &mut [f32]| genes.iter_mut().for_each(|gene| *gene *= 0.1);
+        lives::batch_with(std::slice::from_ref(&large), episodes, Some(1), small)
+    });
     let subject = |(index, network): (usize, &Network)| {
         let world = of(network, |_| {});
         Subject::new(format!("network {index}"), 200, 4, |episodes| {
             batch(std::slice::from_ref(&world), episodes, Some(1))
         })
     };
-    networks().iter().enumerate().map(subject).collect()
+    networks().iter().enumerate().map(subject).chain([large]).collect()
+}
+
+/// As many units of a layer, and as many genes, as there may be.
+fn large() -> Network {
+    let layer = |units| Layer {
+        biases: Some(false),
+        ..dense(units, Activation::Tanh)
+    };
+    Network {
+        layers: vec![layer(1024), layer(56)],
+        outputs: Some(Outputs::FirstTwo),
+        ..Network::default()
+    }
+}
+
+/// Of each kind of layer as many units as the genes allow run, and one more is refused.
+#[test]
+fn networks_are_as_large_as_their_genes_allow() {
+    let largest = world(2, |spec| spec.controller = Controller::Network(large()));
+    assert_eq!(largest.genes(), 65_536);
+    for (kind, units) in [
+        (LayerKind::Dense, 1024),
+        (LayerKind::Elman, 250),
+        (LayerKind::Ctrnn, 250),
+        (LayerKind::Lstm, 123),
+    ] {
+        let of = |units| Network {
+            layers: vec![layer(kind, units)],
+            ..Network::default()
+        };
+        let world = world(2, |spec| spec.controller = Controller::Network(of(units)));
+        let outcome = Cpu::new(Some(1)).unwrap().evaluate(
+            &batch(std::slice::from_ref(&world), 2, Some(1)),
+            &Control::new(),
+        );
+        let commands = outcome.unwrap().traces.iter().flatten().map(|record| record.left).collect::<Vec<_>>();
+        assert!(commands.len() == 4 && commands[0] != commands[2], "{kind:?}: {commands:?}");
+        let more = WorldSpec {
+            controller: Controller::Network(of(units + 1)),
+            ..WorldSpec::miglino1995()
+        };
+        let refused = World::new(more).unwrap_err().to_string();
+        assert!(refused.contains("; allowed: 1 to "), "{kind:?}: {refused}");
+    }
 }
 
 #[test]
@@ -504,16 +553,16 @@ fn mistakes_are_refused() {
             "controller.layers[0].time_constants_s: is 0.05; allowed: 0.1 to 100000",
         ),
         (
-            with(layer(LayerKind::Dense, 65)),
-            "controller.layers[0].units: is 65; allowed: 1 to 64",
+            with(layer(LayerKind::Dense, 1025)),
+            "controller.layers[0].units: is 1025; allowed: 1 to 1024",
         ),
         (
-            with(layer(LayerKind::Lstm, 16)),
-            "controller.layers: make 1634 genes; allowed: 1 to 1024",
+            with(layer(LayerKind::Lstm, 128)),
+            "controller.layers: make 70402 genes; allowed: 1 to 65536",
         ),
         (
             with(layer(LayerKind::Dense, 0)),
-            "controller.layers[0].units: is 0; allowed: 1 to 64",
+            "controller.layers[0].units: is 0; allowed: 1 to 1024",
         ),
         (
             Network {

@@ -16,6 +16,9 @@ pub(crate) struct Owner {
     /// Whether a grid says which objects are near.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
     pub(crate) looks_by_grid: bool,
+    /// Whether a grid says which patches are at a place.
+    #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
+    pub(crate) finds_patches_by_grid: bool,
     /// Whether its floor has a picture.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
     pub(crate) has_picture: bool,

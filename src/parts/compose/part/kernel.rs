@@ -61,8 +61,10 @@ const DIFFERENCES: &str = "lib/differences.wgsl";
 /// The part of noise that the kernels that ship don't have.
 const VARIED: &str = "robot/varied.wgsl";
 
-/// The part of arenas of many objects.
+/// The parts of arenas of many objects and of many patches, and that of the grids of both.
 const NEAR: &str = "lib/near.wgsl";
+const PATCHES: &str = "lib/patches.wgsl";
+const SQUARES: &str = "lib/squares.wgsl";
 
 /// The part of pucks.
 const PUCKS: &str = "lib/pucks.wgsl";
@@ -286,6 +288,9 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     if owner.looks_by_grid {
         name += "+near";
     }
+    if owner.finds_patches_by_grid {
+        name += "+patches";
+    }
     if owner.has_picture {
         name += "+picture";
     }
@@ -493,6 +498,12 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     if owner.looks_by_grid {
         parts = with(parts, shipped(NEAR));
     }
+    if owner.finds_patches_by_grid {
+        parts = with(parts, shipped(PATCHES));
+    }
+    if owner.looks_by_grid || owner.finds_patches_by_grid {
+        parts = with(parts, shipped(SQUARES));
+    }
     if together.is_some_and(|together| together.pucks > 0) {
         parts = with(parts, shipped(PUCKS));
     }
@@ -642,6 +653,7 @@ fn genes(controller: &Part, compiled: &Compiled, readings: &[String]) -> Result<
         return Ok((0..count).map(|index| Gene::new(format!("gene_{index}"))).collect());
     }
     let mut genes: Vec<Gene> = Vec::new();
+    let mut taken = BTreeSet::new();
     for (index, field) in controller.genes.iter().enumerate() {
         let end = controller
             .genes
@@ -654,8 +666,7 @@ fn genes(controller: &Part, compiled: &Compiled, readings: &[String]) -> Result<
             Some(INPUTS) => readings.iter().map(|reading| format!("{name}_{reading}")).collect(),
             Some(_) => (0..elements).map(|element| format!("{name}_{element}")).collect(),
         };
-        let is_taken = |name: &&String| genes.iter().any(|gene| gene.name == **name);
-        if let Some(twice) = names.iter().find(is_taken) {
+        if let Some(twice) = names.iter().find(|name| !taken.insert((*name).clone())) {
             let message = format!("in `{GENES}`: `{name}`: another gene is also called `{twice}`; choose another name");
             return Err(vec![refusal(&field.place, Rule::GeneForm, message)]);
         }
