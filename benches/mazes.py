@@ -62,8 +62,8 @@ def main():
             experiment = os.path.join(folder, f"{what}-{number}.toml")
             with open(experiment, "w") as file:
                 file.write(arena(what, int(number)))
-            took = [processor_seconds(program, experiment, MANY) - processor_seconds(program, experiment, FEW) for _ in range(3)]
-            print(number, what + ":", round(GENOMES * CYCLES * (MANY - FEW) / min(took) / 1e6, 1), "million cycles/s")
+            few, many = (min(processor_seconds(program, experiment, trials) for _ in range(3)) for trials in (FEW, MANY))
+            print(number, what + ":", round(GENOMES * CYCLES * (MANY - FEW) / (many - few) / 1e6, 1), "million cycles/s")
 
 
 main()

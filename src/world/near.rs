@@ -230,7 +230,12 @@ impl Grid {
         let first_list = (HEAD + heads) as f32;
         let mut cells = vec![
             [self.low.x, self.low.y, 1.0 / self.side, first_list].map(|number| zero(number).to_bits()),
-            [self.columns as u32, self.rows as u32, self.longest() as u32, HEAD as u32],
+            [
+                self.columns as u32,
+                self.rows as u32,
+                self.longest() as u32,
+                HEAD as u32,
+            ],
         ];
         let mut first = 0;
         let mut words = Vec::with_capacity(4 * heads);

@@ -62,7 +62,9 @@ impl Packed {
             _ => Vec::new(),
         };
         let patches = match physics.described() {
-            Some(robot) if robot.finds_patches_by_grid => Grid::over(&spec.arena.patches).of_patches(&spec.arena.patches)?,
+            Some(robot) if robot.finds_patches_by_grid => {
+                Grid::over(&spec.arena.patches).of_patches(&spec.arena.patches)?
+            }
             _ => Vec::new(),
         };
         let area = Area::of(&spec.start, &spec.arena)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use oneiro::arena::{Arena, Block, Obstacle, Patch, Wall};
+use oneiro::arena::{Arena, Block, Light, Obstacle, Patch, Wall};
 use oneiro::batch::Trace;
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
@@ -127,7 +127,9 @@ fn patched(count: Option<u32>, [before, after]: [usize; 2]) -> WorldSpec {
     let Build::Differential(robot) = &mut spec.robot.build else {
         unreachable!("it is a parametric robot");
     };
-    robot.sensors.extend([ground("floor_left", 0.1, 30.0), ground("floor_middle", 0.0, 0.0)]);
+    robot
+        .sensors
+        .extend([ground("floor_left", 0.1, 30.0), ground("floor_middle", 0.0, 0.0)]);
     robot.sensors.push(Sensor {
         name: "energy".to_owned(),
         kind: SensorKind::Battery,
@@ -263,7 +265,14 @@ fn limits_of_patches_are_refused() {
     crowded.arena.patches.pop();
     assert!(World::new(crowded).is_ok());
     let mut lit = patched(None, [0, 0]);
-    lit.arena.lights = vec![oneiro::arena::Light::default(); 65];
+    lit.arena.lights = vec![
+        Light {
+            x: 0.0,
+            y: 0.0,
+            ..Light::default()
+        };
+        65
+    ];
     refused(lit, "arena.lights: has 65 elements; allowed: up to 64");
 }
 

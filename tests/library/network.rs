@@ -5,11 +5,13 @@ use std::collections::HashMap;
 
 use crate::composed::Subject;
 use crate::lives::{self, batch, world};
-use oneiro::batch::Trace;
+use oneiro::batch::{Batch, Trace};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Sensor};
 use oneiro::evaluator::{Control, Evaluator};
+#[cfg(feature = "gpu")]
+use oneiro::gpu::{Choice, Gpu};
 use oneiro::network::{Activation, Layer, LayerKind, Network, Outputs};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::tables::SENSOR_NAMES;
@@ -321,11 +323,7 @@ fn a_network_without_layers_has_the_perceptrons_bits() {
 
 /// Episodes that are pinned ([`crate::composed`]).
 pub(crate) fn subjects() -> Vec<Subject> {
-    let large = world(3, |spec| spec.controller = Controller::Network(large()));
-    let large = Subject::new("large", 70, 2, |episodes| {
-        let small = |_, genes: &mut [f32]| genes.iter_mut().for_each(|gene| *gene *= 0.1);
-        lives::batch_with(std::slice::from_ref(&large), episodes, Some(1), small)
-    });
+    let large = Subject::new("large", 70, 2, of_large).without_gpu();
     let subject = |(index, network): (usize, &Network)| {
         let world = of(network, |_| {});
         Subject::new(format!("network {index}"), 200, 4, |episodes| {
@@ -348,6 +346,28 @@ fn large() -> Network {
     }
 }
 
+/// Episodes of as many such networks.
+fn of_large(episodes: usize) -> Batch {
+    let world = world(3, |spec| spec.controller = Controller::Network(large()));
+    let small = |_, genes: &mut [f32]| genes.iter_mut().for_each(|gene| *gene *= 0.1);
+    lives::batch_with(std::slice::from_ref(&world), episodes, Some(1), small)
+}
+
+/// A software driver takes minutes to compile it.
+#[cfg(feature = "gpu")]
+#[test]
+#[ignore = "takes minutes: tests/long.sh"]
+fn the_largest_network_has_the_same_bits_on_a_gpu() {
+    let mut gpu = Gpu::open(&Choice::Best).expect("this test needs an adapter");
+    let batch = of_large(70);
+    let lived = |evaluator: &mut dyn Evaluator| {
+        let outcome = evaluator.evaluate(&batch, &Control::new()).unwrap();
+        let words: Vec<u32> = outcome.traces.iter().flat_map(Trace::words).collect();
+        (outcome.fitness, words)
+    };
+    assert!(lived(&mut gpu) == lived(&mut Cpu::new(Some(2)).unwrap()));
+}
+
 /// Of each kind of layer as many units as the genes allow run, and one more is refused.
 #[test]
 fn networks_are_as_large_as_their_genes_allow() {
@@ -364,12 +384,20 @@ fn networks_are_as_large_as_their_genes_allow() {
             ..Network::default()
         };
         let world = world(2, |spec| spec.controller = Controller::Network(of(units)));
-        let outcome = Cpu::new(Some(1)).unwrap().evaluate(
-            &batch(std::slice::from_ref(&world), 2, Some(1)),
-            &Control::new(),
+        let outcome = Cpu::new(Some(1))
+            .unwrap()
+            .evaluate(&batch(std::slice::from_ref(&world), 2, Some(1)), &Control::new());
+        let commands = outcome
+            .unwrap()
+            .traces
+            .iter()
+            .flatten()
+            .map(|record| record.left)
+            .collect::<Vec<_>>();
+        assert!(
+            commands.len() == 4 && commands[0] != commands[2],
+            "{kind:?}: {commands:?}"
         );
-        let commands = outcome.unwrap().traces.iter().flatten().map(|record| record.left).collect::<Vec<_>>();
-        assert!(commands.len() == 4 && commands[0] != commands[2], "{kind:?}: {commands:?}");
         let more = WorldSpec {
             controller: Controller::Network(of(units + 1)),
             ..WorldSpec::miglino1995()
