@@ -1216,7 +1216,7 @@ fn the_largest_genomes_evolve_and_are_read_again() {
     let place = Place::new("largest");
     let sensor = |index: u32| {
         format!(
-            "{{ name = 's{index}', heading_turns = {} }}",
+            "{{ name = 's{index}', range_mm = 100, heading_turns = {} }}",
             f64::from(index) / 62.0 - 0.5
         )
     };
@@ -1251,8 +1251,12 @@ evolution = {{ population = 4, parents = 2, generations = 3, finalists = 0 }}\n"
     let champion = place.json("whole", "champion.json");
     assert_eq!(champion["genome"].as_array().unwrap().len(), 65_536);
     place.good(&["verify", "whole", "--recompute", "--backend", "cpu"]);
-    let lived = place.evaluate(&["--genomes", "whole", "extended", "--trials", "2"]);
-    assert_eq!(bits(&lived[..2]), bits(&lived[2..]));
+    let [whole, npy] = [
+        &["--genomes", "whole"][..],
+        &["largest.toml", "--genomes", "whole/champion.npy"],
+    ]
+    .map(|genomes| place.evaluate(&[genomes, &["--trials", "2"]].concat()));
+    assert_eq!(bits(&whole), bits(&npy));
     place
         .run(&[
             "run",
