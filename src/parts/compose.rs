@@ -41,7 +41,7 @@ use crate::parts::network::Network;
 
 #[cfg(feature = "compose")]
 pub(crate) use owner::{Described, Hearing, Together};
-pub(crate) use owner::{Make, Owner};
+pub(crate) use owner::{Grids, Make, Owner};
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
 #[cfg(feature = "compose")]

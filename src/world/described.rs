@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::parameter::{self, Choice, Choices, Datum, Invalid};
+use crate::parts::compose::Grids;
 use crate::world::arena::{self, Arena, Light, Patch};
 use crate::world::body::Body;
 use crate::world::discs::Discs;
@@ -27,10 +28,8 @@ pub(crate) struct Described {
     /// Values of robots that share a world.
     pub(crate) together: Option<Together>,
     pub(crate) sensors: Vec<Sensor>,
-    /// Whether its kernel looks at objects by a grid: see [`decide`](super::near::decide).
-    pub(crate) looks_by_grid: bool,
-    /// The same of patches of the floor.
-    pub(crate) finds_patches_by_grid: bool,
+    /// What its kernel looks up in grids: see [`decide`](super::near::decide).
+    pub(crate) grids: Grids,
     /// The column of the tables that each sensor reads; `None` for those that aren't sampled.
     pub(crate) columns: Vec<Option<u32>>,
 }
@@ -417,7 +416,7 @@ impl Described {
     /// The kernel's cell of the noise of wheels.
     #[cfg(feature = "compose")]
     pub(crate) fn noise_cell(&self, arena: &Arena) -> usize {
-        self.patches_cell(arena) + if self.finds_patches_by_grid { near::HEAD } else { 0 }
+        self.patches_cell(arena) + if self.grids.patches { near::HEAD } else { 0 }
     }
 
     /// The kernel's cell of a swarm.

@@ -3,6 +3,7 @@
 
 use crate::genes::PREVIOUS;
 use crate::parameter::{Choice, Invalid, field_of_pairs, length};
+use crate::parts::compose::Grids;
 use crate::world::arena::Arena;
 use crate::world::body::{Body, Collision};
 use crate::world::described::{Battery, Described, Drive, Together, Wheels};
@@ -188,8 +189,7 @@ impl Differential {
                 ends_life: self.battery_ends_life == Some(true),
             }),
             together,
-            looks_by_grid: false,
-            finds_patches_by_grid: false,
+            grids: Grids::default(),
             columns,
             sensors: self.sensors.clone(),
         })

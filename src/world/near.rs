@@ -5,6 +5,7 @@ use oneiro_shaders::episode::{self, BLOCK};
 
 use crate::exact::zero;
 use crate::parameter::Invalid;
+use crate::parts::compose::Grids;
 use crate::world::arena::{GREATEST_SEEN, Patch};
 use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
@@ -26,8 +27,8 @@ const GREATEST_SIDE: f32 = 192.0;
 /// Added to every distance, mm: more than any rounding.
 const MARGIN: f32 = 1.0;
 
-/// Decides whether a robot's kernel looks at what is near by a grid, or at all objects and patches. As a vector, a loop over all has the same object
-/// in each lane, and lists have different ones, which costs several times as much. Variants of a world look as the `first` one does. `shapes` are the
+/// Decides whether a robot's kernel looks at what is near by a grid, or at all objects, and the same for patches. As a vector, a loop over
+/// all has the same object in each lane, and lists have different ones, which costs several times as much. Variants of a world look as the `first` one does. `shapes` are the
 /// world's objects as the kernel has them.
 pub(super) fn decide(
     physics: &mut Physics,
@@ -35,23 +36,20 @@ pub(super) fn decide(
     first: Option<&Physics>,
     shapes: impl Fn(&Physics) -> Vec<episode::Shape>,
 ) {
-    let objects = spec.arena.objects();
-    let pays = || COST_OF_LISTED * grid(spec, physics, &shapes(physics)).longest() < objects;
-    let by_grid = match first.and_then(Physics::described) {
-        Some(first) => first.looks_by_grid,
-        None => may_look_by_grid(physics) && objects > FEW && (objects > GREATEST_SEEN || pays()),
-    };
-    let patches = &spec.arena.patches;
-    let patches_by_grid = match first.and_then(Physics::described) {
-        Some(first) => first.finds_patches_by_grid,
-        None => {
-            let pays = || COST_OF_LISTED * Grid::over(patches).longest() < patches.len();
-            patches.len() > FEW && (patches.len() > GREATEST_PATCHES_SEEN || pays())
-        }
+    let (objects, patches) = (spec.arena.objects(), &spec.arena.patches);
+    let pays = |grid: Grid, all: usize| COST_OF_LISTED * grid.longest() < all;
+    let grids = match first.and_then(Physics::described) {
+        Some(first) => first.grids,
+        None => Grids {
+            objects: may_look_by_grid(physics)
+                && objects > FEW
+                && (objects > GREATEST_SEEN || pays(grid(spec, physics, &shapes(physics)), objects)),
+            patches: patches.len() > FEW
+                && (patches.len() > GREATEST_PATCHES_SEEN || pays(Grid::over(patches), patches.len())),
+        },
     };
     if let Physics::Described(robot, _) = physics {
-        robot.looks_by_grid = by_grid;
-        robot.finds_patches_by_grid = patches_by_grid;
+        robot.grids = grids;
     }
 }
 

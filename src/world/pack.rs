@@ -58,13 +58,11 @@ impl Packed {
         }
         let shapes = shapes(spec, physics);
         let near = match physics.described() {
-            Some(robot) if robot.looks_by_grid => grid(spec, physics, &shapes).of_objects()?,
+            Some(robot) if robot.grids.objects => grid(spec, physics, &shapes).of_objects()?,
             _ => Vec::new(),
         };
         let patches = match physics.described() {
-            Some(robot) if robot.finds_patches_by_grid => {
-                Grid::over(&spec.arena.patches).of_patches(&spec.arena.patches)?
-            }
+            Some(robot) if robot.grids.patches => Grid::over(&spec.arena.patches).of_patches(&spec.arena.patches)?,
             _ => Vec::new(),
         };
         let area = Area::of(&spec.start, &spec.arena)?;

@@ -244,7 +244,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Layers between readings and outputs, in order.", |spec, _| Some(&mut network(spec)?.layers)),
         row("controller.layers[].kind", "", Any, "",
             "What its units are.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.kind)),
-        row("controller.layers[].units", "", Whole(1, GREATEST_UNITS as u64), "",
+        row("controller.layers[].units", "", Whole(1, GREATEST_UNITS.into()), "",
             "Number of units; default: 4.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.units)),
         row("controller.layers[].activation", "", Any, "",
             "Activation function of dense and Elman layers; default: logistic.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.activation)),

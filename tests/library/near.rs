@@ -1,16 +1,19 @@
 //! Arenas of many objects and of many patches, of which robots look at those that are near.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Light, Obstacle, Patch, Wall};
-use oneiro::batch::Trace;
+use oneiro::batch::{Batch, Rollout, Trace};
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Sensor, SensorKind};
 use oneiro::evaluator::{Control, Evaluator};
+use oneiro::parameter::Datum;
 use oneiro::picture::Picture;
+use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{Collision, Robot, Task, World, WorldSpec};
+use oneiro::world::{ByKey, Collision, Robot, Task, Varied, World, WorldSpec};
 
 use crate::composed::Subject;
 use crate::tasks::batch;
@@ -204,11 +207,12 @@ fn objects_that_are_far_away_change_nothing() {
 /// The last patch at a place counts, whether it is found by a grid or among all.
 #[test]
 fn patches_that_are_far_away_change_nothing() {
+    type Change<'a> = &'a dyn Fn(WorldSpec) -> WorldSpec;
     let surrogate = |spec: WorldSpec| WorldSpec {
         surrogate: Some(Arc::new(Surrogate::drawn(5, Differences::all(1.5)))),
         ..spec
     };
-    let cases: [(Option<u32>, usize, &dyn Fn(WorldSpec) -> WorldSpec); 4] = [
+    let cases: [(Option<u32>, usize, Change<'_>); 4] = [
         (None, 600, &|spec| spec),
         (None, 600, &on_a_picture),
         (Some(4), 600, &on_a_picture),
@@ -237,8 +241,44 @@ fn patches_that_are_far_away_change_nothing() {
     assert!(lived(uncharged).0 != lived(patched(None, [600, 700])).0);
 }
 
-/// 4,096 patches are found by a grid, also where robots and custom parts find all of them; one more is refused, and so are too many at a
-/// place, and lights.
+/// Drawn worlds, whose grids have different lists, share a kernel.
+#[test]
+fn drawn_patches_have_grids() {
+    let fitness = |far| {
+        let range = Datum::List(vec![Datum::Single(100.0), Datum::Single(1500.0)]);
+        let names = [3, 4, 7].map(|patch_number| format!("arena.patches[{patch_number}].x_mm"));
+        let world = World::new(WorldSpec {
+            varied: Varied {
+                vary: ByKey(names.map(|name| (name, range.clone())).into()),
+                count: Some(8),
+                ..Varied::default()
+            },
+            ..patched(None, [0, far])
+        });
+        let world = world.unwrap_or_else(|invalid| panic!("{invalid}"));
+        assert_eq!(world.kernel().name.contains("+patches"), far > 0);
+        let genes = vec![0.25; world.genes()];
+        let rollout = |trial| Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key::rollout(3, 0, 0, trial),
+        };
+        let rollouts: Vec<_> = (0..24).map(rollout).collect();
+        let batch = Batch::new(std::slice::from_ref(&world), &rollouts, None).unwrap();
+        let outcome = Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new());
+        outcome
+            .unwrap()
+            .fitness
+            .iter()
+            .map(|own| own.to_bits())
+            .collect::<Vec<_>>()
+    };
+    let few = fitness(0);
+    assert_eq!(few, fitness(1300));
+    assert!(few.iter().collect::<BTreeSet<_>>().len() > 15, "{few:?}");
+}
+
+/// 4,096 patches are looked up by a grid. One more is refused; too many at a place and too many lights are also refused.
 #[test]
 fn limits_of_patches_are_refused() {
     lived(WorldSpec {

@@ -285,10 +285,10 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     if is_varied(owner) {
         name += "+varied";
     }
-    if owner.looks_by_grid {
+    if owner.grids.objects {
         name += "+near";
     }
-    if owner.finds_patches_by_grid {
+    if owner.grids.patches {
         name += "+patches";
     }
     if owner.has_picture {
@@ -495,13 +495,13 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     if is_varied(owner) {
         parts = with(parts, shipped(VARIED));
     }
-    if owner.looks_by_grid {
+    if owner.grids.objects {
         parts = with(parts, shipped(NEAR));
     }
-    if owner.finds_patches_by_grid {
+    if owner.grids.patches {
         parts = with(parts, shipped(PATCHES));
     }
-    if owner.looks_by_grid || owner.finds_patches_by_grid {
+    if owner.grids.objects || owner.grids.patches {
         parts = with(parts, shipped(SQUARES));
     }
     if together.is_some_and(|together| together.pucks > 0) {
