@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Speed in larger and larger worlds: sizes.py PROGRAM walls|robots [NUMBER]...
+"""Speed in larger and larger worlds: sizes.py PROGRAM [walls|patches|robots=NUMBER]...
 
-Prints a million cycles of a robot per second of one thread, by the processor's time, of what more trials of random genomes take: the best
-of three. Walls: an e-puck in mazes, where a wall of 112 mm stands in each square of 225 mm. Robots: swarms of e-pucks that see each other and
-stay together, 20 on each square metre.
+Prints a million cycles of a robot per second of one thread, by the processor's time, of what more trials of random genomes take; of three runs
+the shortest. Walls and patches: an e-puck among walls of 112 mm, or on discs of 100 mm radius, one in each square of 225 mm. Robots: swarms
+of e-pucks that see each other and stay together, 20 on each square metre.
 """
 import math
 import os
@@ -13,37 +13,53 @@ import sys
 import tempfile
 
 SIDE = 225.0
-# What is measured: genomes, cycles of an episode, and how many trials fewer and more.
-SIZES = {"walls": (512, 500, 4, 24), "robots": (16, 100, 2, 4)}
-NUMBERS = {"walls": ["20", "64", "100", "1000"], "robots": ["16", "64", "128", "129", "256", "1024"]}
+# Genomes, cycles of an episode, and how many trials fewer and more; of robots as many genomes as make 16 times 1,024 of them.
+ALONE = (512, 500, 4, 24)
+TOGETHER = (16 * 1024, 100, 2, 4)
+USUAL = [
+    *(f"walls={number}" for number in (20, 64, 100, 1000)),
+    *(f"patches={number}" for number in (12, 64, 1000, 4096)),
+    *(f"robots={number}" for number in (16, 64, 128, 129, 256, 1024)),
+]
 
 
-def walls(count):
-    """An experiment with so many walls."""
-    columns = math.ceil(math.sqrt(count))
-    lines = []
-    for wall in range(count):
-        column, row = divmod(wall, columns)
-        x, y = (SIDE * (place + 0.5) for place in (column, row))
-        across, along = (SIDE / 4, 0.0) if (column + row) % 2 else (0.0, SIDE / 4)
-        lines.append(f"{{ from_mm = [{x - across}, {y - along}], to_mm = [{x + across}, {y + along}] }},")
-    side = columns * SIDE
+def places(number):
+    columns = math.ceil(math.sqrt(number))
+    for place in range(number):
+        column, row = divmod(place, columns)
+        yield (column + row) % 2, *(SIDE * (at + 0.5) for at in (column, row))
+
+
+def wall(is_odd, x, y):
+    across, along = (SIDE / 4, 0.0) if is_odd else (0.0, SIDE / 4)
+    return f"{{ from_mm = [{x - across}, {y - along}], to_mm = [{x + across}, {y + along}] }}"
+
+
+def patch(is_odd, x, y):
+    return f"{{ x_mm = {x}, y_mm = {y}, radius_mm = 100.0, grey = {0.25 if is_odd else 0.75} }}"
+
+
+def alone(what, number):
+    """An experiment with so many walls or patches."""
+    side = math.ceil(math.sqrt(number)) * SIDE
+    one = {"walls": wall, "patches": patch}[what]
+    lines = ",\n".join(one(*place) for place in places(number))
     return f"""robot.preset = "epuck"
 [arena]
 width_mm = {side}
 height_mm = {side}
-walls = [
-{chr(10).join(lines)}
+{what} = [
+{lines}
 ]
 """
 
 
-def robots(count):
+def together(robots):
     """An experiment with so many robots."""
-    side = 1000.0 * math.sqrt(count / 20)
+    side = 1000.0 * math.sqrt(robots / 20)
     return f"""[robot]
 preset = "epuck"
-count = {count}
+count = {robots}
 sensors = [
     {{ name = "left", kind = "proximity", heading_turns = 0.05, range_mm = 100.0 }},
     {{ name = "right", kind = "proximity", heading_turns = -0.05, range_mm = 100.0 }},
@@ -65,21 +81,19 @@ def processor_seconds(program, experiment, genomes, trials):
 
 
 def main():
-    program, of, *numbers = sys.argv[1:]
-    genomes, cycles, few, many = SIZES[of]
-    experiment_of = {"walls": walls, "robots": robots}[of]
+    program, *arguments = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
-        for count in map(int, numbers or NUMBERS[of]):
-            experiment = os.path.join(folder, f"{count}.toml")
+        for argument in arguments or USUAL:
+            what, number = argument.split("=")
+            robots = int(number) if what == "robots" else 1
+            genomes, cycles, few, many = TOGETHER if what == "robots" else ALONE
+            genomes //= robots
+            experiment = os.path.join(folder, f"{what}-{number}.toml")
             with open(experiment, "w") as file:
-                file.write(f"cycles = {cycles}\n" + experiment_of(count))
-            runs = max(1024 // count, 1) if of == "robots" else 1
-            took = [
-                processor_seconds(program, experiment, genomes * runs, many) - processor_seconds(program, experiment, genomes * runs, few)
-                for _ in range(3)
-            ]
-            steps = genomes * runs * cycles * (many - few) * (count if of == "robots" else 1)
-            print(count, f"{of}:", round(steps / min(took) / 1e6, 2), "million cycles/s", flush=True)
+                file.write(f"cycles = {cycles}\n" + (together(robots) if what == "robots" else alone(what, int(number))))
+            short, long = (min(processor_seconds(program, experiment, genomes, trials) for _ in range(3)) for trials in (few, many))
+            steps = genomes * robots * cycles * (many - few)
+            print(number, what + ":", round(steps / (long - short) / 1e6, 2), "million cycles/s", flush=True)
 
 
 main()

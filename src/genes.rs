@@ -97,6 +97,11 @@ impl GeneLayout {
         }
     }
 
+    /// The other one instead, if it is equal: the names of many genes take megabytes.
+    pub(crate) fn or_equal(self, other: Option<&Self>) -> Self {
+        other.filter(|other| **other == self).cloned().unwrap_or(self)
+    }
+
     /// The genes.
     pub fn all(&self) -> &[Gene] {
         &self.all

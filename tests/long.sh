@@ -19,6 +19,9 @@ long --test library --test program -- --include-ignored goldens:: parity::
 say "a hundred thousand lives by specialised kernels"
 long --test library gpu::a_hundred_thousand -- --include-ignored --nocapture
 
+say "a network of 65,536 genes on a software driver"
+long --test library network::the_largest -- --include-ignored
+
 say "all experiments and sweeps begin on a software driver, and unequal swarms end as on the CPU"
 long --test program shipped:: -- --nocapture
 

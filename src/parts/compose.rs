@@ -41,7 +41,7 @@ use crate::parts::network::Network;
 
 #[cfg(feature = "compose")]
 pub(crate) use owner::{Described, Hearing, Together};
-pub(crate) use owner::{Make, Owner};
+pub(crate) use owner::{Grids, Make, Owner};
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
 #[cfg(feature = "compose")]
@@ -53,8 +53,8 @@ const NETWORK: &str = "network";
 const STATE_MACHINE: &str = "state-machine";
 const BEHAVIOUR_TREE: &str = "behaviour-tree";
 
-/// Most genes of a user's controller.
-pub const GREATEST_GENES: u32 = 1024;
+/// Most genes of a network or of a user's controller, and of all genomes of a team.
+pub const GREATEST_GENES: u32 = 65_536;
 
 /// Most robots of a world whose poses are in the first robot's trace.
 const POSES: u32 = 128;

@@ -27,7 +27,7 @@ pub struct Network {
 pub struct Layer {
     /// The kind of its units.
     pub kind: LayerKind,
-    /// Number of units, 1 to 64.
+    /// Number of units, 1 to [`GREATEST_UNITS`].
     pub units: u32,
     /// Activation function of dense and Elman layers. `None`: logistic.
     pub activation: Option<Activation>,
@@ -93,6 +93,8 @@ pub enum Outputs {
     FirstTwo,
 }
 
+/// Most units of a layer.
+pub const GREATEST_UNITS: u32 = 1024;
 /// Most layers.
 pub const GREATEST_LAYERS: usize = 8;
 /// Maximum output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.

@@ -37,6 +37,8 @@ pub struct Arena {
     pub wall_height: Option<f32>,
 }
 
+/// Most patches of an arena's floor, which have numbers from 0.
+pub const GREATEST_PATCHES: usize = 4096;
 /// Most walls, obstacles and blocks of an arena.
 pub const GREATEST_OBJECTS: usize = 4096;
 /// Most of them where a robot looks at all: sampled robots, those with sampled sensors or a reference model, and surrogates.

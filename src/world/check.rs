@@ -9,10 +9,10 @@ use oneiro_shaders::episode;
 use crate::batch::WorldKind;
 use crate::foragers::foraging;
 pub(super) use crate::parameter::LEAST;
-use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
+use crate::parameter::{self, Choice, Invalid, allowed_number, integer, length, number};
 use crate::parts::compose::{GREATEST_GENES, Kind, OwnPart};
 use crate::parts::network::Network;
-use crate::world::arena::{Arena, Field, GREATEST_OBJECTS, GREATEST_SEEN, Wall};
+use crate::world::arena::{Arena, Field, GREATEST_OBJECTS, GREATEST_PATCHES, GREATEST_SEEN, Wall};
 use crate::world::body::Collision;
 use crate::world::described::{Described, Drive, Together};
 use crate::world::discs::Discs;
@@ -544,6 +544,7 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
         let problem = format!("{shapes} walls, obstacles and blocks; allowed: 0 to {GREATEST_OBJECTS} together");
         return Err(Invalid::new("arena", problem));
     }
+    length("arena.patches", arena.patches.len(), GREATEST_PATCHES)?;
     for (index, wall) in arena.walls.iter().enumerate() {
         self::wall(&format!("arena.walls[{index}]"), wall)?;
     }

@@ -100,7 +100,7 @@ impl World {
         };
         let packed = pack::Packed::new(&spec, &physics, &parts, genes.len())?;
         let world = Self(Arc::new(Checked {
-            genes: layout(genes, physics.together())?,
+            genes: layout(genes, physics.together())?.or_equal(first.map(|first| &first.0.genes)),
             details: parts.details(&owner),
             lines: if episodes == EpisodeKind::Observed { members } else { 1 },
             words: words.map(|[world, body]| world + bodies * body),

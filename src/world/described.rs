@@ -3,10 +3,12 @@
 use std::f64::consts::TAU;
 
 use crate::parameter::{self, Choice, Choices, Datum, Invalid};
+use crate::parts::compose::Grids;
 use crate::world::arena::{self, Arena, Field, Light, Patch};
 use crate::world::body::Body;
 use crate::world::discs::Discs;
 #[cfg(feature = "compose")]
+use crate::world::near;
 use crate::world::picture;
 use crate::world::reference::{self, Model, Reference};
 use crate::world::sensors::{Around, Response, Sensor};
@@ -26,8 +28,8 @@ pub(crate) struct Described {
     /// Values of robots that share a world.
     pub(crate) together: Option<Together>,
     pub(crate) sensors: Vec<Sensor>,
-    /// Whether its kernel looks at objects by a grid: see [`decide`](super::near::decide).
-    pub(crate) looks_by_grid: bool,
+    /// What its kernel looks up in grids: see [`decide`](super::near::decide).
+    pub(crate) grids: Grids,
     /// The column of the tables that each sensor reads; `None` for those that aren't sampled.
     pub(crate) columns: Vec<Option<u32>>,
 }
@@ -444,10 +446,15 @@ impl Described {
         2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
     }
 
+    /// The kernel's first cell of the grid of patches.
+    pub(crate) fn patches_cell(&self, arena: &Arena) -> usize {
+        self.picture_cell(arena) + if arena.picture.is_some() { picture::HEAD } else { 0 }
+    }
+
     /// The kernel's cell of the noise of wheels.
     #[cfg(feature = "compose")]
     pub(crate) fn noise_cell(&self, arena: &Arena) -> usize {
-        self.picture_cell(arena) + if arena.picture.is_some() { picture::HEAD } else { 0 }
+        self.patches_cell(arena) + if self.grids.patches { near::HEAD } else { 0 }
     }
 
     /// The kernel's cell of a swarm.

@@ -3,6 +3,7 @@
 
 use crate::genes::PREVIOUS;
 use crate::parameter::{Choice, Invalid, field_of_pairs, length};
+use crate::parts::compose::Grids;
 use crate::world::arena::Arena;
 use crate::world::body::{Body, Collision};
 use crate::world::described::{Battery, Described, Drive, Together, Wheels};
@@ -188,7 +189,7 @@ impl Differential {
                 ends_life: self.battery_ends_life == Some(true),
             }),
             together,
-            looks_by_grid: false,
+            grids: Grids::default(),
             columns,
             sensors: self.sensors.clone(),
         })
@@ -355,9 +356,7 @@ impl Differential {
 
     /// Checks the lights and patches of its arena.
     fn check_arena(&self, arena: &Arena) -> Result<(), Invalid> {
-        for (list, count) in [("lights", arena.lights.len()), ("patches", arena.patches.len())] {
-            length(format!("arena.{list}"), count, GREATEST_LIST)?;
-        }
+        length("arena.lights", arena.lights.len(), GREATEST_LIST)?;
         if self.model.is_none() {
             let height = arena.lights.iter().position(|light| light.height.is_some());
             let intensity = arena.lights.iter().position(|light| light.intensity.is_some());
@@ -396,5 +395,5 @@ const ONLY_WITH_A_BATTERY: &str = "is true; allowed: only with robot.battery_s";
 /// Minimum acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
 const LEAST_ACCELERATION: f32 = 1.0;
 
-/// Most sensors of a robot, most lights and most patches of its arena.
+/// Most sensors of a robot, and most lights of its arena.
 pub const GREATEST_LIST: usize = tables::GREATEST_SENSORS;

@@ -1,16 +1,23 @@
-//! Which objects are near a place; in arenas of many objects by a grid, which `lib/near.wgsl` reads.
+//! Which objects and which patches of the floor are near a place; where there are many by a grid, which `lib/squares.wgsl` reads.
 
 use glam::Vec2;
 use oneiro_shaders::episode::{self, BLOCK};
 
 use crate::exact::zero;
 use crate::parameter::Invalid;
-use crate::world::arena::GREATEST_SEEN;
+use crate::parts::compose::Grids;
+use crate::world::arena::{GREATEST_SEEN, Patch};
 use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
-/// Most objects of a square's list, as `lib/near.wgsl` has it.
+/// Most objects or patches of a square's list, as `lib/squares.wgsl` has it.
 const GREATEST_NEAR: usize = 512;
+/// Most patches that a robot looks at without a grid.
+const GREATEST_PATCHES_SEEN: usize = 64;
+/// The bit of a patch that charges, as `lib/patches.wgsl` has it.
+const CHARGES: u32 = 1 << 31;
+/// Cells of a grid's head.
+pub(super) const HEAD: usize = 2;
 /// Up to so many objects, looking at all costs less than the grid.
 const FEW: usize = 12;
 /// How much more an object of a list costs than one of all, measured.
@@ -20,8 +27,8 @@ const GREATEST_SIDE: f32 = 192.0;
 /// Added to every distance, mm: more than any rounding.
 const MARGIN: f32 = 1.0;
 
-/// Decides whether a robot's kernel looks at what is near by a grid, or at all objects. As a vector, a loop over all has the same object
-/// in each lane, and lists have different ones, which costs several times as much. Variants of a world look as the `first` one does. `shapes` are the
+/// Decides whether a robot's kernel looks at what is near by a grid, or at all objects, and the same for patches. As a vector, a loop over
+/// all has the same object in each lane, and lists have different ones, which costs several times as much. Variants of a world look as the `first` one does. `shapes` are the
 /// world's objects as the kernel has them.
 pub(super) fn decide(
     physics: &mut Physics,
@@ -29,14 +36,20 @@ pub(super) fn decide(
     first: Option<&Physics>,
     shapes: impl Fn(&Physics) -> Vec<episode::Shape>,
 ) {
-    let objects = spec.arena.objects();
-    let pays = || COST_OF_LISTED * grid(spec, physics, &shapes(physics)).longest() < objects;
-    let by_grid = match first.and_then(Physics::described) {
-        Some(first) => first.looks_by_grid,
-        None => may_look_by_grid(physics) && objects > FEW && (objects > GREATEST_SEEN || pays()),
+    let (objects, patches) = (spec.arena.objects(), &spec.arena.patches);
+    let pays = |grid: Grid, all: usize| COST_OF_LISTED * grid.longest() < all;
+    let grids = match first.and_then(Physics::described) {
+        Some(first) => first.grids,
+        None => Grids {
+            objects: may_look_by_grid(physics)
+                && objects > FEW
+                && (objects > GREATEST_SEEN || pays(grid(spec, physics, &shapes(physics)), objects)),
+            patches: patches.len() > FEW
+                && (patches.len() > GREATEST_PATCHES_SEEN || pays(Grid::over(patches), patches.len())),
+        },
     };
     if let Physics::Described(robot, _) = physics {
-        robot.looks_by_grid = by_grid;
+        robot.grids = grids;
     }
 }
 
@@ -86,8 +99,8 @@ pub(super) fn touches(shapes: &[episode::Shape], at: Vec2) -> bool {
         .any(|shape| squared_distance(shape, at) < shape.contact_squared)
 }
 
-/// Squares over an arena's objects. Each lists those that a body in it touches or may be pushed against, and those that a sensor
-/// notices.
+/// Squares over an arena's objects or patches. Each lists those that a body in it touches or may be pushed against, and those that a
+/// sensor notices, in their order.
 pub(super) struct Grid {
     low: Vec2,
     side: f32,
@@ -99,28 +112,43 @@ pub(super) struct Grid {
 impl Grid {
     /// The grid for bodies of this radius, and for pucks that are larger by `larger`, mm.
     fn new(shapes: &[episode::Shape], body_radius: f32, larger: f32) -> Self {
-        // How far from its line it matters to a body, which may be pushed and slide; and how far its corners are from its middle.
+        // A body may be pushed and slide.
         let far = |shape: &episode::Shape| {
             let pushed = shape.contact + 2.0 * body_radius + 3.0 * larger;
-            let reach = shape.reach_squared.sqrt().max(pushed);
-            (reach + MARGIN, shape.half_length.hypot(shape.half_width))
+            shape.reach_squared.sqrt().max(pushed) + MARGIN
         };
+        let greatest = shapes.iter().map(far).fold(0.0, f32::max);
+        Self::of(shapes, far, |_| 0.25 * greatest)
+    }
+
+    /// The grid of the patches at a place.
+    pub(super) fn over(patches: &[Patch]) -> Self {
+        let shape = |patch: &Patch| episode::Shape {
+            radius: patch.radius.unwrap_or(0.0),
+            ..patch.shape()
+        };
+        let shapes: Vec<_> = patches.iter().map(shape).collect();
+        // About four squares for each.
+        let side = |extent: Vec2| 0.5 * (extent.x * extent.y / patches.len() as f32).sqrt();
+        Self::of(&shapes, |shape| shape.radius + MARGIN, side)
+    }
+
+    /// The grid of shapes that matter so `far` from their lines, with squares of the `least` side or more, given the extent of all.
+    fn of(shapes: &[episode::Shape], far: impl Fn(&episode::Shape) -> f32, least: impl Fn(Vec2) -> f32) -> Self {
         let around = |shape: &episode::Shape| {
-            let (reach, corners) = far(shape);
             let start = Vec2::new(shape.x, shape.y);
             let end = start + Vec2::new(shape.length_x, shape.length_y);
-            let room = Vec2::splat(reach + corners);
+            // Corners are so far from the middle.
+            let room = Vec2::splat(far(shape) + shape.half_length.hypot(shape.half_width));
             (start.min(end) - room, start.max(end) + room)
         };
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        let mut greatest = 0.0_f32;
         for shape in shapes {
             let (from, to) = around(shape);
             (low, high) = (low.min(from), high.max(to));
-            greatest = greatest.max(far(shape).0);
         }
         let extent = high - low;
-        let side = (0.25 * greatest).max(extent.max_element() / GREATEST_SIDE);
+        let side = least(extent).max(extent.max_element() / GREATEST_SIDE);
         let [columns, rows] = [extent.x, extent.y].map(|extent| (extent / side).ceil().max(1.0) as usize);
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); columns * rows];
         // From the middle of a square to its corners.
@@ -128,7 +156,7 @@ impl Grid {
         for (index, shape) in (0..).zip(shapes) {
             let (from, to) = around(shape);
             let (from, to) = ((from - low) / side, (to - low) / side);
-            let most = far(shape).0 + half;
+            let most = far(shape) + half;
             for row in (from.y as usize)..=(to.y as usize).min(rows - 1) {
                 for column in (from.x as usize)..=(to.x as usize).min(columns - 1) {
                     let middle = low + side * Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
@@ -165,11 +193,11 @@ impl Grid {
         })
     }
 
-    /// The kernel's cells of the grid.
+    /// The kernel's cells of objects.
     ///
     /// # Errors
     /// More objects near a place than a list has room for.
-    pub(super) fn cells(&self) -> Result<Vec<[u32; 4]>, Invalid> {
+    pub(super) fn of_objects(&self) -> Result<Vec<[u32; 4]>, Invalid> {
         let longest = self.longest();
         if longest > GREATEST_NEAR {
             let problem = format!(
@@ -177,11 +205,35 @@ impl Grid {
             );
             return Err(Invalid::new("arena", problem));
         }
+        Ok(self.cells(|index| index))
+    }
+
+    /// The kernel's cells of patches.
+    ///
+    /// # Errors
+    /// More patches at a place than a list has room for.
+    pub(super) fn of_patches(&self, patches: &[Patch]) -> Result<Vec<[u32; 4]>, Invalid> {
+        let longest = self.longest();
+        if longest > GREATEST_NEAR {
+            let problem = format!("has {longest} patches near one place; allowed: {GREATEST_NEAR}");
+            return Err(Invalid::new("arena.patches", problem));
+        }
+        let charges = |index: u32| patches[index as usize].charges == Some(true);
+        Ok(self.cells(|index| if charges(index) { index | CHARGES } else { index }))
+    }
+
+    /// The kernel's cells of the grid, with an entry for each index in a list.
+    fn cells(&self, entry: impl Fn(u32) -> u32) -> Vec<[u32; 4]> {
         let heads = self.lists.len().div_ceil(2);
-        let first_list = (2 + heads) as f32;
+        let first_list = (HEAD + heads) as f32;
         let mut cells = vec![
             [self.low.x, self.low.y, 1.0 / self.side, first_list].map(|number| zero(number).to_bits()),
-            [self.columns as u32, self.rows as u32, longest as u32, 0],
+            [
+                self.columns as u32,
+                self.rows as u32,
+                self.longest() as u32,
+                HEAD as u32,
+            ],
         ];
         let mut first = 0;
         let mut words = Vec::with_capacity(4 * heads);
@@ -190,9 +242,15 @@ impl Grid {
             first += list.len() as u32;
         }
         words.resize(4 * heads, 0);
-        words.extend(self.lists.iter().flatten());
+        words.extend(self.lists.iter().flatten().map(|index| entry(*index)));
         words.resize(words.len().next_multiple_of(4), 0);
         cells.extend(words.as_chunks().0);
-        Ok(cells)
+        cells
     }
+}
+
+/// Changes a grid's head where as many other cells follow it before its squares.
+pub(super) fn set_apart(head: &mut [[u32; 4]], apart: usize) {
+    head[0][3] = (f32::from_bits(head[0][3]) + apart as f32).to_bits();
+    head[1][3] += apart as u32;
 }

@@ -1,7 +1,7 @@
 //! The world as the owner of its kernel's parts.
 
 use crate::parameter::Invalid;
-use crate::parts::compose::{EpisodeKind, Make, Owner};
+use crate::parts::compose::{EpisodeKind, Grids, Make, Owner};
 use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
@@ -15,7 +15,7 @@ impl WorldSpec {
             make: make(self, physics, episodes)?,
             fields: self.robot.build.fields(),
             episodes,
-            looks_by_grid: physics.described().is_some_and(|robot| robot.looks_by_grid),
+            grids: physics.described().map_or(Grids::default(), |robot| robot.grids),
             has_picture: self.arena.picture.is_some(),
             is_varied: self.noise.is_varied(),
         })

@@ -16,7 +16,7 @@ use crate::world::body::Collision;
 use crate::world::described::Drive;
 use crate::world::forager::Forager;
 use crate::world::given;
-use crate::world::near::{grid, squared_distance, touches};
+use crate::world::near::{self, Grid, grid, squared_distance, touches};
 use crate::world::physics::Physics;
 use crate::world::spec::{Activation, Controller, Difference, Speed, Task, WorldSpec};
 use crate::world::start::{Area, Start};
@@ -38,6 +38,8 @@ pub(super) struct Packed {
     genes: usize,
     /// The grid of an arena of many objects.
     near: Vec<[u32; 4]>,
+    /// The kernel's cells of the grid of patches.
+    patches: Vec<[u32; 4]>,
 }
 
 impl Packed {
@@ -51,11 +53,16 @@ impl Packed {
                 values: values(spec, parts),
                 genes,
                 near: Vec::new(),
+                patches: Vec::new(),
             });
         }
         let shapes = shapes(spec, physics);
         let near = match physics.described() {
-            Some(robot) if robot.looks_by_grid => grid(spec, physics, &shapes).cells()?,
+            Some(robot) if robot.grids.objects => grid(spec, physics, &shapes).of_objects()?,
+            _ => Vec::new(),
+        };
+        let patches = match physics.described() {
+            Some(robot) if robot.grids.patches => Grid::over(&spec.arena.patches).of_patches(&spec.arena.patches)?,
             _ => Vec::new(),
         };
         let area = Area::of(&spec.start, &spec.arena)?;
@@ -96,6 +103,7 @@ impl Packed {
             values: values(spec, parts),
             genes,
             near,
+            patches,
         })
     }
 
@@ -120,7 +128,16 @@ impl Packed {
         let numbers = match physics {
             Physics::Described(described, surrogate) => {
                 let mut cells = described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes, greys);
-                cells.extend(&self.near);
+                if let Some((head, rest)) = self.patches.split_at_checked(near::HEAD) {
+                    let at = described.patches_cell(&spec.arena);
+                    cells.splice(at..at, head.iter().copied());
+                    cells.extend(&self.near);
+                    let apart = cells.len() - at - near::HEAD;
+                    near::set_apart(&mut cells[at..], apart);
+                    cells.extend(rest);
+                } else {
+                    cells.extend(&self.near);
+                }
                 buffers.add_table(cells)
             }
             Physics::Individual(surrogate) => {

@@ -8,7 +8,8 @@ use crate::foragers::foraging::{self, AsForaging, Foraging};
 use crate::parameter::Allowed::{Any, Number, Text, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 use crate::parts::automode::Modules;
-use crate::parts::network::Network;
+use crate::parts::network::{GREATEST_UNITS, Network};
+use crate::world::arena::GREATEST_PATCHES;
 use crate::world::differential::{Differential, GREATEST_MEMBERS, GREATEST_SEEN_MEMBERS};
 use crate::world::pucks::GREATEST_YIELDS;
 use crate::world::robot::{Build, Robot};
@@ -243,7 +244,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Layers between readings and outputs, in order.", |spec, _| Some(&mut network(spec)?.layers)),
         row("controller.layers[].kind", "", Any, "",
             "What its units are.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.kind)),
-        row("controller.layers[].units", "", Whole(1, 64), "",
+        row("controller.layers[].units", "", Whole(1, GREATEST_UNITS.into()), "",
             "Number of units; default: 4.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.units)),
         row("controller.layers[].activation", "", Any, "",
             "Activation function of dense and Elman layers; default: logistic.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.activation)),
@@ -289,7 +290,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Radius of a round zone.", |spec, _| Some(&mut zone(spec)?.radius)),
         row("start.inner_radius_mm", "mm", LENGTH, OURS,
             "Radius around its middle that a round zone leaves out; default: none.", |spec, _| Some(&mut zone(spec)?.inner)),
-        row("start.patch", "", Whole(0, 63), OURS,
+        row("start.patch", "", Whole(0, GREATEST_PATCHES as u64 - 1), OURS,
             "Number of a patch of the floor that is the zone, from 0, such as a nest.", |spec, _| Some(&mut zone(spec)?.patch)),
         row("worlds.vary", "", Text("for keys of numbers of arena, noise, pucks, robot and start, their ranges, [minimum, maximum]"), OURS,
             "Numbers drawn for each of the worlds, uniformly; a key with [] stands for each element of its list.", |spec, _| Some(&mut spec.as_mut().varied.vary)),

@@ -25,8 +25,11 @@ pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Re
     if let Some(together) = &robot.together {
         text += &constants(robot, together, spec);
     }
-    if robot.looks_by_grid {
+    if robot.grids.objects {
         let _ = writeln!(text, "const NEAR_CELL: u32 = {}u;", robot.own_cells(arena));
+    }
+    if robot.grids.patches {
+        let _ = writeln!(text, "const PATCHES_CELL: u32 = {}u;", robot.patches_cell(arena));
     }
     if spec.arena.picture.is_some() {
         let _ = writeln!(text, "const PICTURE_CELL: u32 = {}u;", robot.picture_cell(arena));
@@ -152,6 +155,9 @@ fn charged(robot: &Described, arena: &Arena) -> String {
     match (robot.battery, &is_on[..]) {
         (None, _) => String::new(),
         (Some(_), []) => "    robot.used += 1u;\n".to_owned(),
+        (Some(_), _) if robot.grids.patches => {
+            "    robot.used = select(robot.used + 1u, 0u, is_charged(world, vec2<f32>(end.x, end.y)));\n".to_owned()
+        }
         (Some(_), is_on) => format!("    robot.used = select(robot.used + 1u, 0u, {});\n", is_on.join(" | ")),
     }
 }

@@ -926,8 +926,8 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl:2:7: `CONTROLLER_GENES` isn't a number of genes; write `const",
         ),
         (
-            RECURRENT.replace("2u * INPUTS + 6u", "1025u"),
-            "`const CONTROLLER_GENES: u32 = NUMBER;`, 1 to 1024",
+            RECURRENT.replace("2u * INPUTS + 6u", "65537u"),
+            "`const CONTROLLER_GENES: u32 = NUMBER;`, 1 to 65536",
         ),
         (
             RECURRENT.replace("CONTROLLER_GENES", "GENES"),
@@ -983,8 +983,8 @@ fn mistakes_are_refused_with_their_place() {
             "`a`: its range has one value, 1; make it a constant",
         ),
         (
-            with("a: array<f32, 1024>"),
-            "own.wgsl:1:8: `ControllerGenes` has more than 1024 genes; allowed: 1 to 1024",
+            with("a: array<f32, 65536>"),
+            "own.wgsl:1:8: `ControllerGenes` has more than 65536 genes; allowed: 1 to 65536",
         ),
         (with("a: array<f32, MANY>"), "own.wgsl:2:"),
         (

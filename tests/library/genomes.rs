@@ -374,11 +374,18 @@ fn refusals_say_what_is_allowed() {
         of(2, teams(&[0, u32::MAX])),
         "robot.genomes: has no robot in team 1; allowed: teams that are numbered from 0 on, each with a robot"
     );
-    // 72 genes each.
-    let many = spec(15, Genomes::Heterogeneous, Controller::Hidden { units: 14 });
+    let layer = Layer {
+        units: 1024,
+        ..Layer::default()
+    };
+    let network = Network {
+        layers: vec![layer],
+        ..Network::default()
+    };
+    let many = spec(15, Genomes::Heterogeneous, Controller::Network(network));
     assert_eq!(
         refused(many),
-        "robot.genomes: makes 15 genomes of 72 genes each, 1080; allowed: up to 1024 genes in all, with fewer teams or a smaller \
+        "robot.genomes: makes 15 genomes of 5122 genes each, 76830; allowed: up to 65536 genes in all, with fewer teams or a smaller \
          controller"
     );
     let mut alone = spec(2, Genomes::Heterogeneous, Controller::Perceptron);

@@ -5,11 +5,13 @@ use std::collections::HashMap;
 
 use crate::composed::Subject;
 use crate::lives::{self, batch, world};
-use oneiro::batch::Trace;
+use oneiro::batch::{Batch, Trace};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Sensor};
 use oneiro::evaluator::{Control, Evaluator};
+#[cfg(feature = "gpu")]
+use oneiro::gpu::{Choice, Gpu};
 use oneiro::network::{Activation, Layer, LayerKind, Network, Outputs};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::tables::SENSOR_NAMES;
@@ -321,13 +323,88 @@ fn a_network_without_layers_has_the_perceptrons_bits() {
 
 /// Episodes that are pinned ([`crate::composed`]).
 pub(crate) fn subjects() -> Vec<Subject> {
+    let large = Subject::new("large", 70, 2, of_large).without_gpu();
     let subject = |(index, network): (usize, &Network)| {
         let world = of(network, |_| {});
         Subject::new(format!("network {index}"), 200, 4, |episodes| {
             batch(std::slice::from_ref(&world), episodes, Some(1))
         })
     };
-    networks().iter().enumerate().map(subject).collect()
+    networks().iter().enumerate().map(subject).chain([large]).collect()
+}
+
+/// As many units of a layer, and as many genes, as there may be.
+fn large() -> Network {
+    let layer = |units| Layer {
+        biases: Some(false),
+        ..dense(units, Activation::Tanh)
+    };
+    Network {
+        layers: vec![layer(1024), layer(56)],
+        outputs: Some(Outputs::FirstTwo),
+        ..Network::default()
+    }
+}
+
+/// Episodes of as many such networks.
+fn of_large(episodes: usize) -> Batch {
+    let world = world(3, |spec| spec.controller = Controller::Network(large()));
+    let small = |_, genes: &mut [f32]| genes.iter_mut().for_each(|gene| *gene *= 0.1);
+    lives::batch_with(std::slice::from_ref(&world), episodes, Some(1), small)
+}
+
+/// A software driver takes minutes to compile it.
+#[cfg(feature = "gpu")]
+#[test]
+#[ignore = "takes minutes: tests/long.sh"]
+fn the_largest_network_has_the_same_bits_on_a_gpu() {
+    let mut gpu = Gpu::open(&Choice::Best).expect("this test needs an adapter");
+    let batch = of_large(70);
+    let lived = |evaluator: &mut dyn Evaluator| {
+        let outcome = evaluator.evaluate(&batch, &Control::new()).unwrap();
+        let words: Vec<u32> = outcome.traces.iter().flat_map(Trace::words).collect();
+        (outcome.fitness, words)
+    };
+    assert!(lived(&mut gpu) == lived(&mut Cpu::new(Some(2)).unwrap()));
+}
+
+/// Of each kind of layer as many units as the genes allow run, and one more is refused.
+#[test]
+fn networks_are_as_large_as_their_genes_allow() {
+    let largest = world(2, |spec| spec.controller = Controller::Network(large()));
+    assert_eq!(largest.genes(), 65_536);
+    for (kind, units) in [
+        (LayerKind::Dense, 1024),
+        (LayerKind::Elman, 250),
+        (LayerKind::Ctrnn, 250),
+        (LayerKind::Lstm, 123),
+    ] {
+        let of = |units| Network {
+            layers: vec![layer(kind, units)],
+            ..Network::default()
+        };
+        let world = world(2, |spec| spec.controller = Controller::Network(of(units)));
+        let outcome = Cpu::new(Some(1))
+            .unwrap()
+            .evaluate(&batch(std::slice::from_ref(&world), 2, Some(1)), &Control::new());
+        let commands = outcome
+            .unwrap()
+            .traces
+            .iter()
+            .flatten()
+            .map(|record| record.left)
+            .collect::<Vec<_>>();
+        assert!(
+            commands.len() == 4 && commands[0] != commands[2],
+            "{kind:?}: {commands:?}"
+        );
+        let more = WorldSpec {
+            controller: Controller::Network(of(units + 1)),
+            ..WorldSpec::miglino1995()
+        };
+        let refused = World::new(more).unwrap_err().to_string();
+        assert!(refused.contains("; allowed: 1 to "), "{kind:?}: {refused}");
+    }
 }
 
 #[test]
@@ -504,16 +581,16 @@ fn mistakes_are_refused() {
             "controller.layers[0].time_constants_s: is 0.05; allowed: 0.1 to 100000",
         ),
         (
-            with(layer(LayerKind::Dense, 65)),
-            "controller.layers[0].units: is 65; allowed: 1 to 64",
+            with(layer(LayerKind::Dense, 1025)),
+            "controller.layers[0].units: is 1025; allowed: 1 to 1024",
         ),
         (
-            with(layer(LayerKind::Lstm, 16)),
-            "controller.layers: make 1634 genes; allowed: 1 to 1024",
+            with(layer(LayerKind::Lstm, 128)),
+            "controller.layers: make 70402 genes; allowed: 1 to 65536",
         ),
         (
             with(layer(LayerKind::Dense, 0)),
-            "controller.layers[0].units: is 0; allowed: 1 to 64",
+            "controller.layers[0].units: is 0; allowed: 1 to 1024",
         ),
         (
             Network {

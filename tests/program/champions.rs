@@ -1277,3 +1277,64 @@ fn incomparable_genomes_are_refused_with_the_key() {
         assert!(best(&place, &all)["genomes"].as_array().unwrap().len() > 20);
     }
 }
+
+/// A network of as many genes and as many units as there may be evolves, goes on after a stop with the bits of a run without one, and can be
+/// computed again from its files.
+#[test]
+fn the_largest_genomes_evolve_and_are_read_again() {
+    let place = Place::new("largest");
+    let sensor = |index: u32| {
+        format!(
+            "{{ name = 's{index}', range_mm = 100, heading_turns = {} }}",
+            f64::from(index) / 62.0 - 0.5
+        )
+    };
+    let sensors: Vec<_> = (0..62).map(sensor).collect();
+    let layers = "[{ units = 1024, biases = false, activation = 'tanh' }, { units = 2, biases = false }]";
+    let text = format!(
+        "cycles = 10\nrobot = {{ preset = 'khepera', sensors = [{}] }}
+controller = {{ kind = 'network', outputs = 'first_two', layers = {layers} }}
+evolution = {{ population = 4, parents = 2, generations = 3, finalists = 0 }}\n",
+        sensors.join(", ")
+    );
+    place.write("largest.toml", text);
+    let genes = "65536 genes";
+    assert!(place.good(&["check", "largest.toml"]).contains(genes));
+    place.evolved("largest.toml", "1", "whole", &[]);
+    place.evolved("largest.toml", "1", "extended", &["--set", "evolution.generations=2"]);
+    place.good(&[
+        "resume",
+        "extended",
+        "--generations",
+        "3",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    for file in ["champion.npy", "individuals.npy"] {
+        assert_eq!(
+            place.read(format!("whole/{file}")),
+            place.read(format!("extended/{file}"))
+        );
+    }
+    let champion = place.json("whole", "champion.json");
+    assert_eq!(champion["genome"].as_array().unwrap().len(), 65_536);
+    place.good(&["verify", "whole", "--recompute", "--backend", "cpu"]);
+    let [whole, npy] = [
+        &["--genomes", "whole"][..],
+        &["largest.toml", "--genomes", "whole/champion.npy"],
+    ]
+    .map(|genomes| place.evaluate(&[genomes, &["--trials", "2"]].concat()));
+    assert_eq!(bits(&whole), bits(&npy));
+    place
+        .run(&[
+            "run",
+            "largest.toml",
+            "--seed",
+            "1",
+            "--set",
+            "evolution.kind=\"cma-es\"",
+        ])
+        .exits(3)
+        .says(&[genes, "allowed: up to 100, or sep-cma-es"]);
+}

@@ -13,9 +13,9 @@ use rand::Rng;
 use rand::distr::Distribution;
 use serde::Serialize;
 
-use super::Population;
 use super::random::Uniform;
 pub use super::{Kind, Tables};
+use super::{Population, map_elites};
 pub use breeding::{Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Selection, SelectionKind};
 pub use budget::{Course, Episodes, MOST_GENERATIONS};
 pub(crate) use conditions::{Checked, Feature, Given, refused};
@@ -190,6 +190,17 @@ impl Settings {
                 .saturating_mul(self.tables.opponents.contests);
         }
         self.population
+    }
+
+    /// Maximum number of genomes of earlier generations that the optimiser keeps: elites of an archive, or the best of all generations.
+    pub fn genomes_kept(&self) -> u64 {
+        if self.is_coevolution() {
+            u64::from(self.generations)
+        } else if self.has_archive() {
+            map_elites::cells(self).min(self.evaluations())
+        } else {
+            0
+        }
     }
 
     /// Number of a genome's random numbers in its generation: its index, or where they are common, its episode's among

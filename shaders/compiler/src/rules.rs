@@ -446,7 +446,7 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
         right: "struct TaskState { found: u32 }\n"
 
     GeneCount "gene-count"
-        "A controller has 1 to 1024 genes, a constant number."
+        "A controller has 1 to 65536 genes, a constant number."
         why: "The optimiser needs the number of genes before it creates the first individual."
         wrong: "\
 const CONTROLLER_GENES: u32 = 0u;

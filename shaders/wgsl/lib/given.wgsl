@@ -162,9 +162,23 @@ fn on_patch(episode: Episode, patch_number: u32, at: vec2<f32>) -> bool {
     return (is_round | is_within) & (patch_number < arena_patches(episode));
 }
 
+// Whether a place is on a patch of the floor other than this one.
+fn on_other_patch(episode: Episode, patch_number: u32, at: vec2<f32>) -> bool {
+    var is_on = false;
+    for (var other = 0u; other < arena_patches(episode); other++) {
+        is_on = is_on | ((other != patch_number) & on_patch(episode, other, at));
+    }
+    return is_on;
+}
+
 // The grey of the floor at a place, from 0 for black to 1 for white: that of the last patch there.
 fn floor_at(episode: Episode, place: vec2<f32>) -> f32 {
-    var grey = given_numbers(episode, 0u).y;
+    return given_grey(episode, place, given_numbers(episode, 0u).y);
+}
+
+// The grey of the last patch at a place; `beyond` where there is none.
+fn given_grey(episode: Episode, place: vec2<f32>, beyond: f32) -> f32 {
+    var grey = beyond;
     for (var patch_number = 0u; patch_number < arena_patches(episode); patch_number++) {
         let patch_grey = arena_patch(episode, patch_number).grey;
         grey = select(grey, patch_grey, on_patch(episode, patch_number, place));

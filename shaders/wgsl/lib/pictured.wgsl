@@ -4,10 +4,5 @@
 fn floor_at(episode: Episode, place: vec2<f32>) -> f32 {
     let floor = given_numbers(episode, 0u);
     let head = worlds[episode.world].own_values + GIVEN_CELL + u32(floor.z);
-    var grey = picture_grey(head, place, floor.y);
-    for (var patch_number = 0u; patch_number < arena_patches(episode); patch_number++) {
-        let patch_grey = arena_patch(episode, patch_number).grey;
-        grey = select(grey, patch_grey, on_patch(episode, patch_number, place));
-    }
-    return grey;
+    return given_grey(episode, place, picture_grey(head, place, floor.y));
 }

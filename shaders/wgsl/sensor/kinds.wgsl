@@ -89,7 +89,12 @@ fn brightness_share(sensor: SensorCell, distance: f32) -> f32 {
 
 // The grey of the floor below the sensor.
 fn ground_reading(world: u32, place: vec2<f32>) -> f32 {
-    var grey = numbers(world, FLOOR_CELL).x;
+    return patches_grey(world, place, numbers(world, FLOOR_CELL).x);
+}
+
+// The grey of the last patch at a place; `beyond` where there is none.
+fn patches_grey(world: u32, place: vec2<f32>, beyond: f32) -> f32 {
+    var grey = beyond;
     for (var index = 0u; index < PATCH_COUNT; index++) {
         let patch_grey = numbers(world, FLOOR_CELL + LIGHT_COUNT + 2u * index + 2u).w;
         grey = select(grey, patch_grey, is_on_patch(world, index, place));

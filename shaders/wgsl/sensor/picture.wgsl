@@ -2,10 +2,6 @@
 
 // The grey of the floor below the sensor. PICTURE_CELL is generated: where the picture's head is.
 fn ground_reading(world: u32, place: vec2<f32>) -> f32 {
-    var grey = picture_grey(worlds[world].numbers + PICTURE_CELL, place, numbers(world, FLOOR_CELL).x);
-    for (var index = 0u; index < PATCH_COUNT; index++) {
-        let patch_grey = numbers(world, FLOOR_CELL + LIGHT_COUNT + 2u * index + 2u).w;
-        grey = select(grey, patch_grey, is_on_patch(world, index, place));
-    }
-    return grey;
+    let beneath = picture_grey(worlds[world].numbers + PICTURE_CELL, place, numbers(world, FLOOR_CELL).x);
+    return patches_grey(world, place, beneath);
 }

@@ -13,14 +13,23 @@ pub(crate) struct Owner {
     pub(crate) fields: Vec<String>,
     /// The kind of its episodes.
     pub(crate) episodes: EpisodeKind,
-    /// Whether a grid says which objects are near.
+    /// What grids say about its world.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
-    pub(crate) looks_by_grid: bool,
+    pub(crate) grids: Grids,
     /// Whether its floor has a picture.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
     pub(crate) has_picture: bool,
     /// Whether its world has noise that the shipped kernels don't have.
     pub(crate) is_varied: bool,
+}
+
+/// What grids say about a world; kernels look at all of the rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Grids {
+    /// Which objects are near a place.
+    pub(crate) objects: bool,
+    /// Which patches of the floor are at a place.
+    pub(crate) patches: bool,
 }
 
 /// Source of a robot's parts.

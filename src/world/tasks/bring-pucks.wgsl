@@ -3,7 +3,7 @@
 // carrying earned.
 
 struct TaskValues {
-    nest: f32, // 0, 0 to 63: number of the patch that is the nest, from 0
+    nest: f32, // 0, 0 to 4095: number of the patch that is the nest, from 0
     carry: f32, // 0.1, 0 to 1000: what carrying earns, for all robots over a whole episode
 }
 

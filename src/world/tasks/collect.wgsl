@@ -2,7 +2,7 @@
 // it gets there, and brings it when it gets to the nest. Fitness: what taking and bringing earned, less what collisions cost.
 
 struct TaskValues {
-    nest: f32, // 0, 0 to 63: number of the patch that is the nest, from 0
+    nest: f32, // 0, 0 to 4095: number of the patch that is the nest, from 0
     take: f32, // 0.5, 0 to 1000: what taking food earns
     bring: f32, // 1, 0 to 1000: what bringing it earns
     bump: f32, // 0, 0 to 1000: cost of a cycle that ends in a collision
@@ -13,14 +13,6 @@ struct TaskState {
     brought: u32,
 }
 
-fn is_at_food(episode: Episode, nest: u32, place: vec2<f32>) -> bool {
-    var found = false;
-    for (var i = 0u; i < arena_patches(episode); i++) {
-        found = found | ((i != nest) & on_patch(episode, i, place));
-    }
-    return found;
-}
-
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let own = task_values(episode);
     let nest = u32(own.nest);
@@ -29,7 +21,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     if before.carries == 1u && on_patch(episode, nest, now.end.xy) {
         next = TaskState(0u, before.brought + 1u);
         earned += own.bring;
-    } else if before.carries == 0u && is_at_food(episode, nest, now.end.xy) {
+    } else if before.carries == 0u && on_other_patch(episode, nest, now.end.xy) {
         next.carries = 1u;
         earned += own.take;
     }

@@ -2,7 +2,7 @@
 // that is left: 0 to 2, less what collisions cost.
 
 struct TaskValues {
-    goal: f32, // 0, 0 to 63: number of the patch, from 0
+    goal: f32, // 0, 0 to 4095: number of the patch, from 0
     bump: f32, // 0, 0 to 1000: cost of a cycle that ends in a collision
 }
 

@@ -48,8 +48,9 @@ pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
     } else {
         0
     };
+    let kept = settings.evolution.genomes_kept().saturating_mul(4 * genes);
     let own = 4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations);
-    own.saturating_add(behaviour)
+    own.saturating_add(behaviour).saturating_add(kept)
 }
 
 /// Checks the optimiser's values, some of which depend on the genes.

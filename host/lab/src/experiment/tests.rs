@@ -1441,10 +1441,10 @@ fn values_of_a_network_need_the_kind() {
     assert_eq!(
         refusal(
             &scratch,
-            "[controller]\nkind = \"network\"\n[[controller.layers]]\nunits = 65",
+            "[controller]\nkind = \"network\"\n[[controller.layers]]\nunits = 1025",
             &[]
         ),
-        "test.toml:4:9: controller.layers[0].units: is 65; allowed: 1 to 64"
+        "test.toml:4:9: controller.layers[0].units: is 1025; allowed: 1 to 1024"
     );
     assert_eq!(
         refusal(

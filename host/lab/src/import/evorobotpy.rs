@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use oneiro::network::GREATEST_UNITS;
 use oneiro_base::exit::Result;
 
 use super::draft::{Draft, Outline, Thing, failure};
@@ -108,10 +109,9 @@ pub(super) fn read(path: &Path, name: &str, text: &str, out: &Path) -> Result<Dr
     }
     let layers = take(&["POLICY"], "nlayers");
     if let Some((line, value, what)) = take(&["POLICY"], "nhiddens") {
-        const MOST: u32 = 64;
         match value.parse::<u32>() {
             Ok(0) => (),
-            Ok(units) if units <= MOST => {
+            Ok(units) if units <= GREATEST_UNITS => {
                 draft.set(("controller", "kind"), "\"network\"", line, &*what);
                 let count = layers
                     .as_ref()
@@ -130,7 +130,7 @@ pub(super) fn read(path: &Path, name: &str, text: &str, out: &Path) -> Result<Dr
                 return Err(failure(
                     name,
                     line,
-                    format_args!("{what}: is `{value}`; allowed: 0 to {MOST}"),
+                    format_args!("{what}: is `{value}`; allowed: 0 to {GREATEST_UNITS}"),
                 ));
             }
         }

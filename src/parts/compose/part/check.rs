@@ -19,7 +19,7 @@ use crate::parameter::nearest;
 use crate::parts::compose::{Kind, OF_EACH, OwnParts};
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random`, `lib/user` and `lib/given` have them.
-const CALLS: [&str; 35] = [
+const CALLS: [&str; 36] = [
     "reciprocal",
     "root",
     "reciprocal_root",
@@ -50,6 +50,7 @@ const CALLS: [&str; 35] = [
     "arena_block",
     "arena_field",
     "on_patch",
+    "on_other_patch",
     "floor_at",
     "clearance",
     "trial",
@@ -57,9 +58,10 @@ const CALLS: [&str; 35] = [
     "robot_number",
 ];
 /// Those that a part may declare itself, for all parts of its experiment. No function that stands for ordinary WGSL calls them.
-const REPLACEABLE: [&str; 11] = [
+const REPLACEABLE: [&str; 12] = [
     "floor_at",
     "on_patch",
+    "on_other_patch",
     "clearance",
     "trial",
     "logistic",

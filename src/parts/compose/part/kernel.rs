@@ -61,8 +61,10 @@ const DIFFERENCES: &str = "lib/differences.wgsl";
 /// The part of noise that the kernels that ship don't have.
 const VARIED: &str = "robot/varied.wgsl";
 
-/// The part of arenas of many objects.
+/// The parts of arenas of many objects and of many patches, and that of the grids of both.
 const NEAR: &str = "lib/near.wgsl";
+const PATCHES: &str = "lib/patches.wgsl";
+const SQUARES: &str = "lib/squares.wgsl";
 
 /// The part of pucks.
 const PUCKS: &str = "lib/pucks.wgsl";
@@ -289,8 +291,11 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     if is_varied(owner) {
         name += "+varied";
     }
-    if owner.looks_by_grid {
+    if owner.grids.objects {
         name += "+near";
+    }
+    if owner.grids.patches {
+        name += "+patches";
     }
     if owner.has_picture {
         name += "+picture";
@@ -496,8 +501,14 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     if is_varied(owner) {
         parts = with(parts, shipped(VARIED));
     }
-    if owner.looks_by_grid {
+    if owner.grids.objects {
         parts = with(parts, shipped(NEAR));
+    }
+    if owner.grids.patches {
+        parts = with(parts, shipped(PATCHES));
+    }
+    if owner.grids.objects || owner.grids.patches {
+        parts = with(parts, shipped(SQUARES));
     }
     if together.is_some_and(|together| together.pucks > 0) {
         parts = with(parts, shipped(PUCKS));
@@ -651,6 +662,7 @@ fn genes(controller: &Part, compiled: &Compiled, readings: &[String]) -> Result<
         return Ok((0..count).map(|index| Gene::new(format!("gene_{index}"))).collect());
     }
     let mut genes: Vec<Gene> = Vec::new();
+    let mut taken = BTreeSet::new();
     for (index, field) in controller.genes.iter().enumerate() {
         let end = controller
             .genes
@@ -663,8 +675,7 @@ fn genes(controller: &Part, compiled: &Compiled, readings: &[String]) -> Result<
             Some(INPUTS) => readings.iter().map(|reading| format!("{name}_{reading}")).collect(),
             Some(_) => (0..elements).map(|element| format!("{name}_{element}")).collect(),
         };
-        let is_taken = |name: &&String| genes.iter().any(|gene| gene.name == **name);
-        if let Some(twice) = names.iter().find(is_taken) {
+        if let Some(twice) = names.iter().find(|name| !taken.insert((*name).clone())) {
             let message = format!("in `{GENES}`: `{name}`: another gene is also called `{twice}`; choose another name");
             return Err(vec![refusal(&field.place, Rule::GeneForm, message)]);
         }
