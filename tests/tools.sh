@@ -48,6 +48,17 @@ validator() {
     install spirv-tools || echo "no validator: SPIR-V will not be validated"
 }
 
+# Controllers as C are compiled by these, and run.
+c_compilers() {
+    local name
+    for name in gcc clang; do
+        command -v "$name" >/dev/null && continue
+        say "installing C compilers"
+        install gcc clang || echo "no $name: controllers as C will not be compiled by it"
+        return
+    done
+}
+
 # Robots are driven in a simulator if it is available.
 simulator() {
     local name
@@ -70,4 +81,5 @@ python_packages
 browser
 type_checker
 validator
+c_compilers
 simulator
