@@ -157,6 +157,19 @@ pub fn touched(program: &Program) -> BTreeSet<u32> {
     touched
 }
 
+/// Whether a program reads a word of a buffer that is a struct.
+pub fn loads(program: &Program, buffer: u32, word: u32) -> bool {
+    let uses = program.uses();
+    let mut is_loaded = false;
+    visit(&program.body, &mut |statement| {
+        if let Statement::Load { targets, address } = statement {
+            let used = (0..).zip(targets).filter(|(_, target)| uses.contains_key(target));
+            is_loaded |= address.buffer == buffer && used.into_iter().any(|(at, _)| address.offset + at == word);
+        }
+    });
+    is_loaded
+}
+
 /// Prints a program as statements of a function, which `memory` has the buffers of, by binding number. Its own place among others is in the
 /// parameters `workgroup` and `lane`, if it asks for it.
 pub fn print(program: &Program, memory: &[Memory]) -> String {
