@@ -18,7 +18,7 @@
 
 mod c;
 
-use oneiro_shader_compiler::interpret::{Buffers, run};
+use oneiro_shader_compiler::interpret::{self, Buffers};
 use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shader_compiler::{Generic, c as printer};
@@ -92,9 +92,11 @@ pub struct Controller {
     robot: u32,
     begin: Program,
     cycle: Program,
-    wheels: Program,
-    /// Words of the buffers that it reads at places that vary, by binding number; empty ones are not read.
+    /// Words of the buffers that these read at places that vary, by binding number; empty ones are not read.
     tables: Vec<Table>,
+    wheels: Program,
+    /// The same of the wheels.
+    tables_of_wheels: Vec<Table>,
 }
 
 /// Words of a buffer.
@@ -143,11 +145,18 @@ struct Source {
 }
 
 impl Source {
-    fn new(world: &World, genome: &[f32]) -> Result<(Self, Vec<(String, Scalar)>), Invalid> {
+    /// `tables_of_motors` leaves out all other tables, which are much larger.
+    fn new(world: &World, genome: &[f32], tables_of_motors: bool) -> Result<(Self, Vec<(String, Scalar)>), Invalid> {
         let spec = world.spec();
         let Exported { kernel, memory } = compose::exported(world.kernel(), &spec.own, &spec.robot.build.fields())?;
         let worlds = Worlds::new(&[world])?;
         let packed = worlds.packed();
+        let mut first = packed.worlds[0];
+        let mut cells = &packed.tables[..];
+        if tables_of_motors {
+            let begin = std::mem::take(&mut first.motor_table) as usize;
+            cells = &cells[begin..begin + (first.motor_states * first.motor_states) as usize];
+        }
         let genes = genome
             .iter()
             .map(|gene| if gene.abs() < LEAST_GENE { 0 } else { gene.to_bits() });
@@ -155,9 +164,9 @@ impl Source {
         let tables = kernel.bindings.iter().map(|binding| Table {
             name: binding.name.clone(),
             words: match binding.name.as_str() {
-                "worlds" => bytemuck::cast_slice(&packed.worlds).to_vec(),
+                "worlds" => bytemuck::cast_slice(&[first]).to_vec(),
                 "shapes" => bytemuck::cast_slice(&packed.shapes).to_vec(),
-                "tables" => bytemuck::cast_slice(&packed.tables).to_vec(),
+                "tables" => bytemuck::cast_slice(cells).to_vec(),
                 "inputs" => inputs.clone(),
                 _ => Vec::new(),
             },
@@ -230,10 +239,16 @@ impl Controller {
         }
         let whole = genome;
         let genome = &whole[world.genes_of(robot)];
-        let (source, memory) = Source::new(world, genome)?;
+        let (source, memory) = Source::new(world, genome, false)?;
         let (begin, of_begin) = source.program(BEGIN)?;
         let (cycle, of_cycle) = source.program(CYCLE)?;
-        let (wheels, of_wheels) = Source::new(&at_once(world)?, genome)?.0.program(WHEELS)?;
+        let has_sampled_motors = match &world.spec().robot.build {
+            Build::Sampled => true,
+            Build::Differential(robot) => robot.sampled_motors,
+            Build::Forager(_) => false,
+        };
+        let (of_motors, _) = Source::new(&at_once(world)?, genome, has_sampled_motors)?;
+        let (wheels, tables_of_wheels) = of_motors.program(WHEELS)?;
         let names = world.gene_layout().controller().iter().map(|gene| gene.name.clone());
         Ok(Self {
             kind: world.spec().controller.word().to_owned(),
@@ -246,8 +261,9 @@ impl Controller {
             robot,
             begin,
             cycle,
+            tables: joined([of_begin, of_cycle]),
             wheels,
-            tables: joined([of_begin, of_cycle, of_wheels]),
+            tables_of_wheels,
         })
     }
 
@@ -282,7 +298,7 @@ impl Controller {
     pub fn reset(&self, key: [u32; 2], trial: u32) -> State {
         let mut words = vec![0; self.readings_begin() + self.inputs.len() + compose::TAIL.len()];
         words[..3].copy_from_slice(&[key[0], key[1], trial]);
-        self.run(&self.begin, &mut words);
+        run(&self.begin, &self.tables, &mut words);
         words.truncate(self.readings_begin());
         State(words)
     }
@@ -304,7 +320,7 @@ impl Controller {
         words.extend(readings.iter().map(|reading| reading.to_bits()));
         let outputs = words.len();
         words.extend([0; 4]);
-        self.run(&self.cycle, &mut words);
+        run(&self.cycle, &self.tables, &mut words);
         state.0.copy_from_slice(&words[..self.readings_begin()]);
         Ok([0, 1].map(|output| f32::from_bits(words[outputs + output])))
     }
@@ -320,18 +336,9 @@ impl Controller {
         let mut words = vec![0; self.readings_begin() + self.inputs.len()];
         words.extend(outputs.map(f32::to_bits));
         words.extend([0; 2]);
-        self.run(&self.wheels, &mut words);
+        run(&self.wheels, &self.tables_of_wheels, &mut words);
         let speeds = words.len() - 2;
         Ok([0, 1].map(|wheel| f32::from_bits(words[speeds + wheel])))
-    }
-
-    fn run(&self, program: &Program, exported: &mut [u32]) {
-        let mut memory = Memory {
-            tables: &self.tables,
-            exported,
-        };
-        // Loops of controllers are bounded, and values are set before they are used.
-        run(program, &mut memory, 0, 0, TURNS).expect("it ends");
     }
 
     /// Simulates an episode in its world, and returns its cycles, each with the states around it. In a swarm, they are those of its robot.
@@ -469,6 +476,12 @@ fn full_speed(robot: &Robot) -> Option<f32> {
         Build::Differential(described) => described.greatest_speed,
         Build::Forager(_) => None,
     }
+}
+
+fn run(program: &Program, tables: &[Table], exported: &mut [u32]) {
+    let mut memory = Memory { tables, exported };
+    // Loops of controllers are bounded, and values are set before they are used.
+    interpret::run(program, &mut memory, 0, 0, TURNS).expect("it ends");
 }
 
 /// The buffers that a controller's program reads, and that of its caller.

@@ -19,15 +19,17 @@ use oneiro::world::{self, Noise, Robot, World, WorldSpec};
 use crate::skips::skipped;
 use crate::{described, lives, modules, network};
 
-/// Compilers, and how they are called.
-const COMPILERS: [(&str, &[&str]); 6] = [
+/// Compilers, and how they are called: the last ones only in `tests/long.sh`.
+const COMPILERS: [(&str, &[&str]); 7] = [
     ("gcc", &["-O0"]),
     ("gcc", &["-O2", "-std=c99"]),
     ("gcc", &["-O3"]),
-    ("clang", &["-O0"]),
-    ("clang", &["-O2", "-std=c99"]),
+    ("clang", &["-O2"]),
+    ("clang", &["-O0", "-std=c99"]),
+    ("clang", &["-O1", "-std=c99"]),
     ("clang", &["-O3"]),
 ];
+const USUAL: usize = 4;
 const QUIET: [&str; 7] = [
     "-Wall",
     "-Wextra",
@@ -248,7 +250,12 @@ fn all_kinds_of_controllers_have_the_simulators_bits_in_c() {
         write(&folder.0, subject, subject.cycles.len());
     }
     let names: Vec<_> = subjects.iter().map(|subject| subject.name.as_str()).collect();
-    for (compiler, options) in COMPILERS {
+    let tried = if env::var_os("ONEIRO_LONG").is_some() {
+        COMPILERS.len()
+    } else {
+        USUAL
+    };
+    for (compiler, options) in &COMPILERS[..tried] {
         if is_there(compiler) {
             let differing = checked(&folder.0, compiler, options, &names);
             assert_eq!(differing, vec![0; names.len()], "{compiler} {options:?} of {names:?}");
@@ -346,7 +353,7 @@ fn a_file_finds_what_differs() {
     let mut subject = network_subject();
     let names = [subject.name.clone()];
     let names = names.each_ref().map(String::as_str);
-    let mut found = |subject: &Subject| {
+    let found = |subject: &Subject| {
         write(&folder.0, subject, 16);
         checked(&folder.0, "gcc", &["-O1"], &names)
     };
@@ -393,4 +400,158 @@ fn what_needs_its_simulator_is_refused() {
         controller.wheels([0.5, 1.5]).unwrap_err().to_string(),
         "outputs: has 1.5; allowed: 0 to 1"
     );
+}
+
+/// A microcontroller: how files are compiled for it, and how its program is run.
+struct Chip {
+    name: &'static str,
+    compile: &'static [&'static str],
+    run: &'static [&'static str],
+    /// Cycles for which there is room.
+    cycles: usize,
+}
+
+const CORTEX: [&str; 6] = [
+    "-mthumb",
+    "-Os",
+    "-nostartfiles",
+    "--specs=nosys.specs",
+    "-T",
+    "cortex.ld",
+];
+const QEMU: [&str; 7] = [
+    "-nographic",
+    "-monitor",
+    "none",
+    "-serial",
+    "none",
+    "-semihosting",
+    "-kernel",
+];
+
+const CHIPS: [Chip; 5] = [
+    Chip {
+        name: "Cortex-M0",
+        compile: &["arm-none-eabi-gcc", "-mcpu=cortex-m0", "cortex.c"],
+        run: &["qemu-system-arm", "-M", "microbit"],
+        cycles: 300,
+    },
+    Chip {
+        name: "Cortex-M3",
+        compile: &["arm-none-eabi-gcc", "-mcpu=cortex-m3", "cortex.c"],
+        run: &["qemu-system-arm", "-M", "mps2-an385"],
+        cycles: 300,
+    },
+    Chip {
+        name: "Cortex-M4F",
+        compile: &[
+            "arm-none-eabi-gcc",
+            "-mcpu=cortex-m4",
+            "-mfpu=fpv4-sp-d16",
+            "-mfloat-abi=hard",
+            "cortex.c",
+        ],
+        run: &["qemu-system-arm", "-M", "mps2-an386"],
+        cycles: 300,
+    },
+    Chip {
+        name: "Cortex-M7",
+        compile: &[
+            "arm-none-eabi-gcc",
+            "-mcpu=cortex-m7",
+            "-mfpu=fpv5-sp-d16",
+            "-mfloat-abi=hard",
+            "cortex.c",
+        ],
+        run: &["qemu-system-arm", "-M", "mps2-an500"],
+        cycles: 300,
+    },
+    Chip {
+        name: "ATmega328P",
+        compile: &["avr-gcc", "-mmcu=atmega328p", "-Os", "avr.c"],
+        run: &["simavr", "-m", "atmega328p", "-f", "16000000"],
+        cycles: 8,
+    },
+];
+
+impl Chip {
+    fn is_cortex(&self) -> bool {
+        self.compile[0] == "arm-none-eabi-gcc"
+    }
+
+    /// What a controller's check returns.
+    fn check(&self, folder: &Path, name: &str) -> u32 {
+        let main =
+            format!("int {name}_check(void);\nint run(void);\nint run(void)\n{{\n    return {name}_check();\n}}\n");
+        fs::write(folder.join("run.c"), main).unwrap();
+        let [compiler, options @ ..] = self.compile else {
+            unreachable!()
+        };
+        let of_cortex: &[&str] = if self.is_cortex() { &CORTEX } else { &[] };
+        let options = [options, of_cortex, &["-o", "program"]].concat();
+        let compiled = compile(folder, compiler, &options, &["run.c".to_owned(), format!("{name}.c")]);
+        let messages = String::from_utf8_lossy(&compiled.stderr);
+        assert!(compiled.status.success(), "{}: {messages}", self.name);
+        let [program, arguments @ ..] = self.run else {
+            unreachable!()
+        };
+        let of_qemu: &[&str] = if self.is_cortex() { &QEMU } else { &[] };
+        let mut command = Command::new(program);
+        let output = command
+            .args(arguments)
+            .args(of_qemu)
+            .arg("program")
+            .current_dir(folder)
+            .output()
+            .unwrap();
+        if self.is_cortex() {
+            return output.status.code().unwrap() as u32;
+        }
+        // simavr shows what the program writes to its serial port, in a colour.
+        let shown = [output.stdout, output.stderr].concat();
+        let shown = String::from_utf8_lossy(&shown).into_owned();
+        let line = shown
+            .lines()
+            .rev()
+            .find_map(|line| line.rsplit_once("[32m")?.1.split('.').next()?.parse().ok());
+        line.unwrap_or_else(|| panic!("{}: {shown}", self.name))
+    }
+}
+
+#[test]
+fn microcontrollers_have_the_simulators_bits() {
+    let subjects = subjects();
+    let folder = Folder::new("chips");
+    for (file, text) in [
+        ("cortex.c", include_str!("../microcontrollers/cortex.c")),
+        ("cortex.ld", include_str!("../microcontrollers/cortex.ld")),
+        ("avr.c", include_str!("../microcontrollers/avr.c")),
+    ] {
+        fs::write(folder.0.join(file), text).unwrap();
+    }
+    let mut fused = 0;
+    for chip in &CHIPS {
+        let tools = [chip.compile[0], chip.run[0]];
+        if let Some(missing) = tools
+            .iter()
+            .find(|tool| Command::new(tool).arg("--version").output().is_err())
+        {
+            skipped(
+                "microcontrollers",
+                &format!("controllers as C on a {}, for want of {missing}", chip.name),
+            );
+            continue;
+        }
+        for name in ["perceptron", "network_4", "machine"] {
+            let subject = subjects.iter().find(|subject| subject.name == name).unwrap();
+            write(&folder.0, subject, chip.cycles.min(subject.cycles.len()));
+            assert_eq!(chip.check(&folder.0, name), 0, "{name} on a {}", chip.name);
+            // By default GCC fuses products where it can.
+            let path = folder.0.join(format!("{name}.c"));
+            let text = fs::read_to_string(&path).unwrap();
+            fs::write(&path, text.replace("#pragma GCC optimize", "#pragma message")).unwrap();
+            fused += u32::from(chip.check(&folder.0, name) != 0);
+        }
+    }
+    println!("{fused} have other bits without the file's words to the compiler");
 }

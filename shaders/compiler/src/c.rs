@@ -180,7 +180,6 @@ pub fn print(program: &Program, memory: &[Memory]) -> String {
         texts: BTreeMap::new(),
         around: Vec::new(),
         left: BTreeSet::new(),
-        declared: Vec::new(),
         out: String::new(),
         depth: 1,
     };
@@ -231,8 +230,6 @@ struct Printer<'a> {
     around: Vec<(Label, bool)>,
     /// Blocks that jumps leave.
     left: BTreeSet<Label>,
-    /// Variables and arrays of the blocks around the statement: in the turns of a loop that is written out they begin anew.
-    declared: Vec<String>,
     out: String,
     depth: usize,
 }
@@ -249,20 +246,9 @@ impl Printer<'_> {
     }
 
     fn indented(&mut self, block: &Block) {
-        let declared = self.declared.len();
         self.depth += 1;
         self.block(block);
         self.depth -= 1;
-        self.declared.truncate(declared);
-    }
-
-    /// Notes a variable, and returns whether it is new.
-    fn declare(&mut self, name: &str) -> bool {
-        let is_new = self.declared.iter().all(|declared| declared != name);
-        if is_new {
-            self.declared.push(name.to_owned());
-        }
-        is_new
     }
 
     fn statement(&mut self, statement: &Statement) {
@@ -273,28 +259,14 @@ impl Printer<'_> {
                 let info = &self.program.variables[variable.0 as usize];
                 let (ty, init) = (type_name(info.ty), constant(info.init, info.ty));
                 let name = self.variable(*variable);
-                let ty = if self.declare(&name) {
-                    format!("{ty} ")
-                } else {
-                    String::new()
-                };
-                self.line(&format!("{ty}{name} = {};", bare(&init)));
+                self.line(&format!("{ty} {name} = {};", bare(&init)));
             }
             Statement::DeclareArray(array) => {
                 let info = &self.program.arrays[array.0 as usize];
                 let elements: Vec<_> = info.init.iter().map(|bits| constant(*bits, info.ty)).collect();
                 let (ty, name) = (type_name(info.ty), self.array(*array));
-                if self.declare(&name) {
-                    self.line(&format!(
-                        "{ty} {name}[{}] = {{{}}};",
-                        elements.len(),
-                        elements.join(", ")
-                    ));
-                } else {
-                    for (at, element) in elements.iter().enumerate() {
-                        self.line(&format!("{name}[{at}] = {};", bare(element)));
-                    }
-                }
+                let (count, elements) = (elements.len(), elements.join(", "));
+                self.line(&format!("{ty} {name}[{count}] = {{{elements}}};"));
             }
             Statement::Write(variable, value) => {
                 let (name, value) = (self.variable(*variable), self.text(*value));

@@ -284,6 +284,8 @@ impl Generic {
         tidy::carry_values_out(&mut program);
         remove_unused(&mut program);
         tidy::sink_declarations(&mut program);
+        tidy::part_variables(&mut program);
+        remove_unused(&mut program);
         program
     }
 

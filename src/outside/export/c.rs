@@ -6,7 +6,7 @@ use std::fmt::Write;
 use oneiro_shader_compiler::c::{self, Memory};
 use oneiro_shader_compiler::tree::{Program, Ty};
 
-use super::{Controller, PERIOD, Recorded, State};
+use super::{Controller, PERIOD, Recorded, State, Table};
 use crate::parts::compose::{HEAD, Scalar};
 
 /// A field of the state: its place in the words of a [`State`], its name and its type.
@@ -24,9 +24,11 @@ struct Places(Vec<(String, Ty)>);
 pub fn c(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> String {
     let fields = fields(controller);
     let places = places(controller, &fields);
-    let memory = |program: &Program| c::print(program, &buffers(controller, name, &places));
-    let [begin, cycle, wheels] = [&controller.begin, &controller.cycle, &controller.wheels].map(memory);
-    let tables = tables(controller, name);
+    let of_wheels = format!("{name}_wheels");
+    let print = |program: &Program, tables: &[Table], name: &str| c::print(program, &buffers(tables, name, &places));
+    let [begin, cycle] = [&controller.begin, &controller.cycle].map(|program| print(program, &controller.tables, name));
+    let wheels = print(&controller.wheels, &controller.tables_of_wheels, &of_wheels);
+    let tables = tables(&controller.tables, name) + &tables(&controller.tables_of_wheels, &of_wheels);
     let check = check(controller, name, &fields, cycles);
     let helpers = c::helpers(&format!("{begin}{cycle}{wheels}{check}"));
     let preamble = c::PREAMBLE;
@@ -226,26 +228,32 @@ fn places(controller: &Controller, fields: &[Field]) -> Places {
     Places(places)
 }
 
-fn buffers(controller: &Controller, name: &str, places: &Places) -> Vec<Memory> {
-    let tables = controller.tables.iter().enumerate();
-    let buffer = |(at, table): (usize, &super::Table)| {
-        if at as u32 == controller.exported() {
-            return Memory::Places(places.0.clone());
-        }
+/// The last buffer is the caller's.
+fn buffers(tables: &[Table], name: &str, places: &Places) -> Vec<Memory> {
+    let table = |table: &Table| {
         let elements = (table.words.len() as u32).checked_div(table.stride).unwrap_or(0);
-        Memory::Words(format!("{name}_{}", table.name), format!("{elements}u"))
+        Memory::Words(format!("{name}_{}", name_of(table)), format!("{elements}u"))
     };
-    tables.map(buffer).collect()
+    let (_, others) = tables.split_last().expect("a kernel has buffers");
+    others
+        .iter()
+        .map(table)
+        .chain([Memory::Places(places.0.clone())])
+        .collect()
+}
+
+fn name_of(table: &Table) -> &str {
+    if table.name == "inputs" { "genes" } else { &table.name }
 }
 
 /// Tables that are read at places that vary.
-fn tables(controller: &Controller, name: &str) -> String {
+fn tables(tables: &[Table], name: &str) -> String {
     let mut text = String::new();
-    for table in controller.tables.iter().filter(|table| !table.words.is_empty()) {
+    for table in tables.iter().filter(|table| !table.words.is_empty()) {
         let _ = writeln!(
             text,
             "static const uint32_t {name}_{}[{}] = {{",
-            table.name,
+            name_of(table),
             table.words.len()
         );
         for words in table.words.chunks(8) {
