@@ -59,6 +59,18 @@ c_compilers() {
     done
 }
 
+# Controllers as C run on microcontrollers, which are emulated.
+microcontrollers() {
+    local name
+    for name in arm-none-eabi-gcc qemu-system-arm avr-gcc simavr; do
+        command -v "$name" >/dev/null && continue
+        say "installing compilers and emulators of microcontrollers"
+        install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-avr avr-libc simavr ||
+            echo "no $name: controllers as C will not run on microcontrollers"
+        return
+    done
+}
+
 # Robots are driven in a simulator if it is available.
 simulator() {
     local name
@@ -82,4 +94,5 @@ browser
 type_checker
 validator
 c_compilers
+microcontrollers
 simulator

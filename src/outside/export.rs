@@ -30,7 +30,7 @@ use crate::parameter::{Choice, Invalid};
 use crate::parts::compose::{self, DetailKind, Exported, HEAD, Scalar};
 use crate::random::{Key, pcg4d};
 use crate::world::differential::Differential;
-use crate::world::tables::SENSOR_NAMES;
+use crate::world::tables::{MotorTable, SENSOR_NAMES};
 use crate::world::{Build, Controller as Kind, Noise, Robot, World, WorldSpec};
 
 pub use c::c;
@@ -51,8 +51,8 @@ pub struct Target {
     pub name: &'static str,
     /// What is written.
     pub about: &'static str,
-    /// The end of the file's name.
-    pub extension: &'static str,
+    /// Ends that the file's name may have, the usual one first.
+    pub extensions: &'static [&'static str],
     /// Prints it.
     pub print: fn(&Controller, &str, &[String], &[Recorded]) -> String,
 }
@@ -61,7 +61,7 @@ pub struct Target {
 pub const TARGETS: &[Target] = &[Target {
     name: "c",
     about: "a C99 file without libraries, with a function that checks its own bits",
-    extension: "c",
+    extensions: &["c", "h"],
     print: c,
 }];
 
@@ -145,17 +145,28 @@ struct Source {
 }
 
 impl Source {
-    /// `tables_of_motors` leaves out all other tables, which are much larger.
-    fn new(world: &World, genome: &[f32], tables_of_motors: bool) -> Result<(Self, Vec<(String, Scalar)>), Invalid> {
+    /// `motors` leaves all tables out but that of these motors.
+    fn new(
+        world: &World,
+        genome: &[f32],
+        motors: Option<&MotorTable>,
+    ) -> Result<(Self, Vec<(String, Scalar)>), Invalid> {
         let spec = world.spec();
-        let Exported { kernel, memory } = compose::exported(world.kernel(), &spec.own, &spec.robot.build.fields())?;
+        let has_states = motors.is_some_and(|motors| motors.full_speed().is_some());
+        let fields = spec.robot.build.fields();
+        let Exported { kernel, memory } = compose::exported(world.kernel(), &spec.own, &fields, has_states)?;
         let worlds = Worlds::new(&[world])?;
         let packed = worlds.packed();
         let mut first = packed.worlds[0];
-        let mut cells = &packed.tables[..];
-        if tables_of_motors {
-            let begin = std::mem::take(&mut first.motor_table) as usize;
-            cells = &cells[begin..begin + (first.motor_states * first.motor_states) as usize];
+        let mut cells = packed.tables.clone();
+        if motors.is_some() {
+            let (begin, states) = (first.motor_table as usize, first.motor_states as usize);
+            first.motor_table = 0;
+            cells = cells[begin..begin + states * states].to_vec();
+            if has_states {
+                let speed = |state: usize| [cells[state * (states + 1)][2], 0, 0, 0];
+                cells = (0..states).map(speed).collect();
+            }
         }
         let genes = genome
             .iter()
@@ -166,7 +177,7 @@ impl Source {
             words: match binding.name.as_str() {
                 "worlds" => bytemuck::cast_slice(&[first]).to_vec(),
                 "shapes" => bytemuck::cast_slice(&packed.shapes).to_vec(),
-                "tables" => bytemuck::cast_slice(cells).to_vec(),
+                "tables" => bytemuck::cast_slice(&cells).to_vec(),
                 "inputs" => inputs.clone(),
                 _ => Vec::new(),
             },
@@ -239,15 +250,16 @@ impl Controller {
         }
         let whole = genome;
         let genome = &whole[world.genes_of(robot)];
-        let (source, memory) = Source::new(world, genome, false)?;
+        let (source, memory) = Source::new(world, genome, None)?;
         let (begin, of_begin) = source.program(BEGIN)?;
         let (cycle, of_cycle) = source.program(CYCLE)?;
-        let has_sampled_motors = match &world.spec().robot.build {
-            Build::Sampled => true,
-            Build::Differential(robot) => robot.sampled_motors,
-            Build::Forager(_) => false,
+        let robot_of_world = &world.spec().robot;
+        let motors = match &robot_of_world.build {
+            Build::Sampled => Some(&*robot_of_world.motors),
+            Build::Differential(described) => described.sampled_motors.then_some(&*robot_of_world.motors),
+            Build::Forager(_) => None,
         };
-        let (of_motors, _) = Source::new(&at_once(world)?, genome, has_sampled_motors)?;
+        let (of_motors, _) = Source::new(&at_once(world)?, genome, motors)?;
         let (wheels, tables_of_wheels) = of_motors.program(WHEELS)?;
         let names = world.gene_layout().controller().iter().map(|gene| gene.name.clone());
         Ok(Self {
@@ -255,7 +267,7 @@ impl Controller {
             inputs: inputs(world.spec()),
             memory,
             genes: names.zip(genome.iter().copied()).collect(),
-            full_speed: full_speed(&world.spec().robot),
+            full_speed: full_speed(robot_of_world),
             world: world.clone(),
             genome: whole.to_vec(),
             robot,

@@ -420,13 +420,19 @@ impl OwnParts {
     }
 }
 
-/// The controller of a kernel by itself, for robots with readings in these fields.
+/// The controller of a kernel by itself, for robots with readings in these fields. `has_states` is whether `tables` has, of each state of the
+/// motors, the speed as the first word of a cell.
 ///
 /// # Errors
 /// A controller that can't stand by itself.
 #[cfg(feature = "compose")]
-pub(crate) fn exported(kernel: &Kernel, own: &OwnParts, fields: &[String]) -> Result<Exported, Invalid> {
-    part::exported(kernel, own, fields)
+pub(crate) fn exported(
+    kernel: &Kernel,
+    own: &OwnParts,
+    fields: &[String],
+    has_states: bool,
+) -> Result<Exported, Invalid> {
+    part::exported(kernel, own, fields, has_states)
 }
 
 /// The kernel of swarms whose robots are driven from outside, see [`crate::swarm::Driven`].

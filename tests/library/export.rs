@@ -1,6 +1,7 @@
 //! Controllers as C: all kinds have the simulator's bits in thousands of cycles, by every compiler and with every optimisation; what would
 //! change the bits doesn't compile, has no effect, or is found by the file itself.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -20,22 +21,24 @@ use crate::skips::skipped;
 use crate::{described, lives, modules, network};
 
 /// Compilers, and how they are called: the last ones only in `tests/long.sh`.
-const COMPILERS: [(&str, &[&str]); 7] = [
+const COMPILERS: [(&str, &[&str]); 8] = [
     ("gcc", &["-O0"]),
     ("gcc", &["-O2", "-std=c99"]),
     ("gcc", &["-O3"]),
     ("clang", &["-O2"]),
+    // As C++.
+    ("g++", &["-O1", "-x", "c++"]),
     ("clang", &["-O0", "-std=c99"]),
     ("clang", &["-O1", "-std=c99"]),
     ("clang", &["-O3"]),
 ];
-const USUAL: usize = 4;
+const USUAL: usize = 5;
 const QUIET: [&str; 7] = [
     "-Wall",
     "-Wextra",
     "-pedantic",
     "-Wshadow",
-    "-Wmissing-prototypes",
+    "-Wmissing-declarations",
     "-Wconversion",
     "-Werror",
 ];
@@ -529,7 +532,7 @@ fn microcontrollers_have_the_simulators_bits() {
     ] {
         fs::write(folder.0.join(file), text).unwrap();
     }
-    let mut fused = 0;
+    let (mut fused, mut is_missing) = (0, false);
     for chip in &CHIPS {
         let tools = [chip.compile[0], chip.run[0]];
         if let Some(missing) = tools
@@ -540,6 +543,7 @@ fn microcontrollers_have_the_simulators_bits() {
                 "microcontrollers",
                 &format!("controllers as C on a {}, for want of {missing}", chip.name),
             );
+            is_missing = true;
             continue;
         }
         for name in ["perceptron", "network_4", "machine"] {
@@ -554,4 +558,57 @@ fn microcontrollers_have_the_simulators_bits() {
         }
     }
     println!("{fused} have other bits without the file's words to the compiler");
+    assert!(fused > 0 || is_missing);
+}
+
+/// The wheels of robots without noise do what the simulator's do.
+#[test]
+fn wheels_are_the_simulators() {
+    let described = |speeds| {
+        World::new(WorldSpec {
+            robot: Robot {
+                build: Build::Differential(Differential {
+                    speeds,
+                    ..described::robot()
+                }),
+                ..Robot::khepera()
+            },
+            arena: described::arena(),
+            cycles: 300,
+            ..WorldSpec::miglino1995()
+        })
+        .unwrap()
+    };
+    let worlds = [
+        lives::world(300, |_| {}),
+        described(0),
+        described(7),
+        World::new(modules::spec(world::Controller::Recurrent, 3)).unwrap(),
+    ];
+    for (number, world) in worlds.iter().enumerate() {
+        let genome = lives::genes(number, world.genes());
+        let controller = Controller::new(world, &genome, 0).unwrap();
+        let batch = modules::batch(world, &[genome], 1);
+        let outcome = modules::evaluated(&mut Cpu::new(Some(1)).unwrap(), &batch);
+        let mut seen = BTreeSet::new();
+        for record in &outcome.traces[0] {
+            let speeds = controller
+                .wheels([record.left, record.right])
+                .unwrap()
+                .map(f32::to_bits);
+            assert_eq!(
+                speeds,
+                [record.speed_left, record.speed_right].map(f32::to_bits),
+                "world {number}"
+            );
+            seen.insert(speeds);
+        }
+        assert!(seen.len() > 3, "world {number}: {seen:?}");
+    }
+    // A sampled robot's speeds are those of its motors' states.
+    let sampled = Controller::new(&worlds[0], &lives::genes(0, 18), 0).unwrap();
+    assert_eq!(
+        [sampled.wheels([0.0, 1.0]).unwrap(), sampled.wheels([1.0, 0.0]).unwrap()],
+        [[-1.0, 1.0], [1.0, -1.0]]
+    );
 }

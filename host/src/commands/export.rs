@@ -53,8 +53,11 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
     let out = arguments
         .out
         .clone()
-        .unwrap_or_else(|| PathBuf::from(&name).with_extension(target.extension));
-    files::must_end_in("--out", &out, target.extension, target.about)?;
+        .unwrap_or_else(|| PathBuf::from(&name).with_extension(target.extensions[0]));
+    let is_of_target = |ending: &&str| out.extension().is_some_and(|extension| extension == *ending);
+    if !target.extensions.iter().any(is_of_target) {
+        files::must_end_in("--out", &out, target.extensions[0], target.about)?;
+    }
     let seed = arguments.seed.unwrap_or(seed);
     let key = Keys::of_seed(seed).of(0, arguments.trial as usize);
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
@@ -111,7 +114,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         ..Answer::new(String::new(), value)
     };
     console.print_answer(&answer)?;
-    console.next(format!("gcc -std=c99 -O2 -Wall -c {}", files::for_shell(&path)));
+    console.next(format!("gcc -std=c99 -Wall -fsyntax-only {}", files::for_shell(&path)));
     Ok(())
 }
 

@@ -12,12 +12,14 @@ use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, 
 pub enum Memory {
     /// An array of `uint32_t` with this name; the expression of its number of elements, at least 1.
     Words(String, String),
+    /// The same, of constants, which lie in the flash memory of processors with another one for data.
+    Constants(String, String),
     /// A place with a type for each word. All are read and written at constant places.
     Places(Vec<(String, Ty)>),
 }
 
 /// What a file begins with: it refuses to be compiled with arithmetic that gives other bits, and keeps products from being fused with sums,
-/// which GCC does by default on processors that can, whatever the pragma of the C standard says.
+/// which GCC does by default on processors that can, whatever the pragma of the C standard says. Constants are marked `ONEIRO_FLASH`.
 pub const PREAMBLE: &str = "#include <float.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -28,11 +30,20 @@ pub const PREAMBLE: &str = "#include <float.h>
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0
 #error \"fast-math changes the bits: compile without -ffinite-math-only\"
 #endif
+#if !defined(FLT_EVAL_METHOD) && defined(__FLT_EVAL_METHOD__)
+#define FLT_EVAL_METHOD __FLT_EVAL_METHOD__
+#endif
 #if !defined(FLT_EVAL_METHOD) || FLT_EVAL_METHOD != 0
 #error \"floats must be computed as floats, FLT_EVAL_METHOD 0: on 32-bit x86 compile with -msse2 -mfpmath=sse\"
 #endif
 #if FLT_RADIX != 2 || FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128
 #error \"floats must have 32 bits as in IEEE 754\"
+#endif
+#ifdef __AVR__
+#include <avr/pgmspace.h>
+#define ONEIRO_FLASH PROGMEM
+#else
+#define ONEIRO_FLASH
 #endif
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize (\"fp-contract=off\")
@@ -44,7 +55,19 @@ pub const PREAMBLE: &str = "#include <float.h>
 ";
 
 /// Functions that printed code calls, each after those that it calls.
-const HELPERS: [(&str, &str); 6] = [
+const HELPERS: [(&str, &str); 7] = [
+    (
+        "constant_of",
+        "static uint32_t constant_of(const uint32_t *word)
+{
+#ifdef __AVR__
+    return pgm_read_dword(word);
+#else
+    return *word;
+#endif
+}
+",
+    ),
     (
         "divisor_of",
         "static uint32_t divisor_of(uint32_t x)
@@ -75,16 +98,16 @@ const HELPERS: [(&str, &str); 6] = [
     ),
     (
         "whole_of",
-        "/* Rounded towards zero; of what no integer has the nearest, and 0 of what is no number. */
+        "/* Rounded towards zero; beyond all integers the nearest one, and 0 for what is no number. */
 static int32_t whole_of(float x)
 {
     if (x >= 2147483648.0f) {
-        return INT32_MAX;
+        return 2147483647;
     }
     if (x > -2147483648.0f) {
         return (int32_t)x;
     }
-    return x <= -2147483648.0f ? INT32_MIN : 0;
+    return x <= -2147483648.0f ? -2147483647 - 1 : 0;
 }
 ",
     ),
@@ -137,7 +160,7 @@ pub fn constant(bits: u32, ty: Ty) -> String {
         Ty::F32 if !x.is_finite() => format!("number_of({bits}u)"),
         Ty::F32 if x.is_sign_negative() => format!("({x:?}f)"),
         Ty::F32 => format!("{x:?}f"),
-        Ty::I32 if bits == 1 << 31 => "INT32_MIN".to_owned(),
+        Ty::I32 if bits == 1 << 31 => "(-2147483647 - 1)".to_owned(),
         Ty::I32 if bits > 1 << 31 => format!("({})", bits as i32),
         Ty::I32 => bits.to_string(),
         Ty::U32 if bits >= 1 << 24 => format!("0x{bits:x}u"),
@@ -517,25 +540,30 @@ impl Printer<'_> {
                 };
                 places[(element * address.stride + offset) as usize].clone()
             }
-            Memory::Words(name, elements) => {
-                let Some(element) = address.element else {
-                    return (format!("{name}[{offset}]"), Ty::U32);
-                };
-                let index = self.text(element);
-                let index = match self.program.ty(element) {
-                    Ty::I32 => format!("(uint32_t){index}"),
-                    _ => index,
-                };
-                let clamped = format!("({index} < {elements} ? {index} : {elements} - 1u)");
-                let (stride, offset) = (address.stride, offset);
-                let at = match (stride, offset) {
-                    (1, 0) => bare(&clamped).to_owned(),
-                    (1, _) => format!("{clamped} + {offset}u"),
-                    (_, 0) => format!("{clamped} * {stride}u"),
-                    _ => format!("{clamped} * {stride}u + {offset}u"),
-                };
-                (format!("{name}[{at}]"), Ty::U32)
-            }
+            Memory::Words(name, elements) => (format!("{name}[{}]", self.at(address, offset, elements)), Ty::U32),
+            Memory::Constants(name, elements) => (
+                format!("constant_of(&{name}[{}])", self.at(address, offset, elements)),
+                Ty::U32,
+            ),
+        }
+    }
+
+    /// The index of a word in an array with so many elements.
+    fn at(&self, address: &Address, offset: u32, elements: &str) -> String {
+        let Some(element) = address.element else {
+            return offset.to_string();
+        };
+        let index = self.text(element);
+        let index = match self.program.ty(element) {
+            Ty::I32 => format!("(uint32_t){index}"),
+            _ => index,
+        };
+        let clamped = format!("({index} < {elements} ? {index} : {elements} - 1u)");
+        match (address.stride, offset) {
+            (1, 0) => bare(&clamped).to_owned(),
+            (1, _) => format!("{clamped} + {offset}u"),
+            (stride, 0) => format!("{clamped} * {stride}u"),
+            (stride, _) => format!("{clamped} * {stride}u + {offset}u"),
         }
     }
 

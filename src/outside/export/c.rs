@@ -232,7 +232,7 @@ fn places(controller: &Controller, fields: &[Field]) -> Places {
 fn buffers(tables: &[Table], name: &str, places: &Places) -> Vec<Memory> {
     let table = |table: &Table| {
         let elements = (table.words.len() as u32).checked_div(table.stride).unwrap_or(0);
-        Memory::Words(format!("{name}_{}", name_of(table)), format!("{elements}u"))
+        Memory::Constants(format!("{name}_{}", name_of(table)), format!("{elements}u"))
     };
     let (_, others) = tables.split_last().expect("a kernel has buffers");
     others
@@ -252,7 +252,7 @@ fn tables(tables: &[Table], name: &str) -> String {
     for table in tables.iter().filter(|table| !table.words.is_empty()) {
         let _ = writeln!(
             text,
-            "static const uint32_t {name}_{}[{}] = {{",
+            "static const uint32_t {name}_{}[{}] ONEIRO_FLASH = {{",
             name_of(table),
             table.words.len()
         );
@@ -319,12 +319,12 @@ fn check(controller: &Controller, name: &str, fields: &[Field], cycles: &[Record
     let mut text = format!(
         "int {name}_check(void)
 {{
-    static const struct {{
+    static const struct {name}_recorded {{
         {name}_state before;
         float inputs[{}];
         float outputs[2];
         {name}_state after;
-    }} cycles[{}] = {{
+    }} cycles[{}] ONEIRO_FLASH = {{
 ",
         controller.inputs.len().max(1),
         cycles.len()
@@ -347,10 +347,17 @@ fn check(controller: &Controller, name: &str, fields: &[Field], cycles: &[Record
     let _ = writeln!(
         text,
         "    }};
+    struct {name}_recorded cycle;
+    {name}_state state;
+    float outputs[2];
     int i;
     for (i = 0; i < {}; i++) {{
-        {name}_state state = cycles[i].before;
-        float outputs[2];",
+#ifdef __AVR__
+        memcpy_P(&cycle, &cycles[i], sizeof cycle);
+#else
+        cycle = cycles[i];
+#endif
+        state = cycle.before;",
         cycles.len()
     );
     let differ = |a: &str, b: &str, ty: Ty| match ty {
@@ -368,17 +375,17 @@ fn check(controller: &Controller, name: &str, fields: &[Field], cycles: &[Record
             "        if (i == 0) {{\n            {name}_reset(&state{arguments});\n        }}"
         );
     }
-    let _ = writeln!(text, "        {name}_step(&state, cycles[i].inputs, outputs);");
+    let _ = writeln!(text, "        {name}_step(&state, cycle.inputs, outputs);");
     let outputs = (0..2).map(|output| {
         differ(
             &format!("outputs[{output}]"),
-            &format!("cycles[i].outputs[{output}]"),
+            &format!("cycle.outputs[{output}]"),
             Ty::F32,
         )
     });
     let states = fields
         .iter()
-        .map(|Field { name, ty, .. }| differ(&format!("state.{name}"), &format!("cycles[i].after.{name}"), *ty));
+        .map(|Field { name, ty, .. }| differ(&format!("state.{name}"), &format!("cycle.after.{name}"), *ty));
     for differ in outputs.chain(states) {
         let _ = writeln!(text, "        if ({differ}) {{\n            return i + 1;\n        }}");
     }

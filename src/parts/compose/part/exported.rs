@@ -20,10 +20,17 @@ pub(crate) const HEAD: [&str; 4] = ["key_0", "key_1", "trial", "cycle"];
 /// Its words after the readings.
 pub(crate) const TAIL: [&str; 4] = ["left", "right", "speed_left", "speed_right"];
 
-/// The speeds of a robot's wheels, and those of a forager's, which controller/outputs.wgsl has.
+/// The speeds of a robot's wheels; those of sampled motors of which each state has one, the first word of its cell; and those of a forager,
+/// which controller/outputs.wgsl has.
 const OF_MOTION: &str = "fn exported_speeds(episode: Episode, outputs: vec2<f32>) -> vec2<f32> {
     let moved = motion(episode, 0u, outputs, RobotState()).motion;
     return vec2<f32>(moved.left, moved.right);
+}
+";
+const OF_STATES: &str = "fn exported_speeds(episode: Episode, outputs: vec2<f32>) -> vec2<f32> {
+    let left = tables[motor_state(episode.world, outputs.x)].x;
+    let right = tables[motor_state(episode.world, outputs.y)].x;
+    return vec2<f32>(bitcast<f32>(left), bitcast<f32>(right));
 }
 ";
 const OF_OUTPUTS: &str = "fn exported_speeds(episode: Episode, outputs: vec2<f32>) -> vec2<f32> {
@@ -38,7 +45,8 @@ pub(crate) struct Exported {
     pub(crate) memory: Vec<(String, Scalar)>,
 }
 
-/// The controller of a kernel, which has a robot's readings in these fields.
+/// The controller of a kernel, which has a robot's readings in these fields. `has_states` is whether `tables` has the speed of each state
+/// of its motors.
 ///
 /// # Errors
 /// A controller that can't stand by itself.
@@ -46,6 +54,7 @@ pub(in crate::parts::compose) fn exported(
     kernel: &Kernel,
     own: &OwnParts,
     fields: &[String],
+    has_states: bool,
 ) -> Result<Exported, Invalid> {
     let mut parts = parts_of(kernel);
     for part in &mut parts {
@@ -61,7 +70,9 @@ pub(in crate::parts::compose) fn exported(
         .collect();
     let is_of_swarm = parts.iter().any(|part| part.path == "lib/members.wgsl");
     let items: Vec<_> = parts.iter().flat_map(declarations).collect();
-    let speeds = if items.iter().any(|item| item.name == "motion") {
+    let speeds = if has_states {
+        OF_STATES
+    } else if items.iter().any(|item| item.name == "motion") {
         OF_MOTION
     } else {
         OF_OUTPUTS
