@@ -1,6 +1,6 @@
-// A controller by itself: the entry of kernels that are printed in other languages. Its `main` replaces an episode's, and what it
-// does is known when it is printed, by `dispatch.step_begin`. What the caller has is generated: `exported`, and the functions that
-// read and write it.
+// A controller by itself: the entry of kernels that are printed in other languages. Its `main` replaces an episode's.
+// `dispatch.step_begin` says what it does, and is known when it is printed. The caller's words, `exported`, are generated, and so are
+// the functions that read and write them.
 
 const EXPORT_BEGIN: u32 = 0u;
 const EXPORT_CYCLE: u32 = 1u;

@@ -1,6 +1,6 @@
 //! Controllers by themselves, without a simulator: described for other programs and robots, and printed in other languages.
 //!
-//! A controller is specialised to its genes and to its experiment's values. What is printed has the same bits as the simulator, which
+//! A controller is specialised to its genes and to its experiment's values. Printed controllers have the simulator's bits, which
 //! [`Controller::record`] checks cycle by cycle.
 //!
 //! ```
@@ -112,7 +112,7 @@ struct Table {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct State(Vec<u32>);
 
-/// A cycle as it was recorded.
+/// A recorded cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recorded {
     /// The state before it.
@@ -132,12 +132,12 @@ impl State {
     }
 }
 
-/// What a part of the kernel is asked to do: `EXPORT_BEGIN` and `EXPORT_CYCLE` of `exported.wgsl`, or neither.
+/// Tasks of a kernel: `EXPORT_BEGIN` and `EXPORT_CYCLE` of `exported.wgsl`, or neither.
 const BEGIN: u32 = 0;
 const CYCLE: u32 = 1;
 const WHEELS: u32 = 2;
 
-/// The kernel of a world's controller, and all that is known of its buffers.
+/// The kernel of a world's controller, and the words of its buffers.
 struct Source {
     kernel: Generic,
     tables: Vec<Table>,
@@ -149,12 +149,13 @@ impl Source {
     fn new(
         world: &World,
         genome: &[f32],
+        robot: u32,
         motors: Option<&MotorTable>,
     ) -> Result<(Self, Vec<(String, Scalar)>), Invalid> {
         let spec = world.spec();
         let has_states = motors.is_some_and(|motors| motors.full_speed().is_some());
         let fields = spec.robot.build.fields();
-        let Exported { kernel, memory } = compose::exported(world.kernel(), &spec.own, &fields, has_states)?;
+        let Exported { kernel, memory } = compose::exported(world.kernel(), &spec.own, &fields, robot, has_states)?;
         let worlds = Worlds::new(&[world])?;
         let packed = worlds.packed();
         let mut first = packed.worlds[0];
@@ -250,7 +251,7 @@ impl Controller {
         }
         let whole = genome;
         let genome = &whole[world.genes_of(robot)];
-        let (source, memory) = Source::new(world, genome, None)?;
+        let (source, memory) = Source::new(world, genome, robot, None)?;
         let (begin, of_begin) = source.program(BEGIN)?;
         let (cycle, of_cycle) = source.program(CYCLE)?;
         let robot_of_world = &world.spec().robot;
@@ -259,7 +260,7 @@ impl Controller {
             Build::Differential(described) => described.sampled_motors.then_some(&*robot_of_world.motors),
             Build::Forager(_) => None,
         };
-        let (of_motors, _) = Source::new(&at_once(world)?, genome, motors)?;
+        let (of_motors, _) = Source::new(&at_once(world)?, genome, robot, motors)?;
         let (wheels, tables_of_wheels) = of_motors.program(WHEELS)?;
         let names = world.gene_layout().controller().iter().map(|gene| gene.name.clone());
         Ok(Self {

@@ -420,7 +420,7 @@ impl OwnParts {
     }
 }
 
-/// The controller of a kernel by itself, for robots with readings in these fields. `has_states` is whether `tables` has, of each state of the
+/// The controller of a kernel by itself, for a robot with readings in these fields; of a swarm, the one with this number. `has_states` is whether `tables` has, of each state of the
 /// motors, the speed as the first word of a cell.
 ///
 /// # Errors
@@ -430,9 +430,10 @@ pub(crate) fn exported(
     kernel: &Kernel,
     own: &OwnParts,
     fields: &[String],
+    robot: u32,
     has_states: bool,
 ) -> Result<Exported, Invalid> {
-    part::exported(kernel, own, fields, has_states)
+    part::exported(kernel, own, fields, robot, has_states)
 }
 
 /// The kernel of swarms whose robots are driven from outside, see [`crate::swarm::Driven`].

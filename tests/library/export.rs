@@ -87,6 +87,15 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 }
 ";
 
+/// A robot of a swarm that knows its number.
+const NUMBERED: &str = "
+const CONTROLLER_GENES: u32 = 2u;
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let own = f32(robot_number(episode)) * gene(episode, 0u);
+    return Command(vec2<f32>(logistic(own), logistic(reading(readings, 0u) * gene(episode, 1u))), before);
+}
+";
+
 struct Subject {
     name: String,
     controller: Controller,
@@ -141,6 +150,11 @@ fn worlds() -> Vec<(String, World, u32)> {
         }
         of(spec)
     };
+    let numbered = {
+        let mut spec = modules::spec(world::Controller::Own, 5);
+        spec.own = custom(NUMBERED);
+        of(spec)
+    };
     let machine = world::Controller::StateMachine(Modules::DEFAULT);
     let tree = world::Controller::BehaviourTree(Modules::DEFAULT);
     let mut worlds = vec![
@@ -150,6 +164,7 @@ fn worlds() -> Vec<(String, World, u32)> {
         ("described".to_owned(), described(world::Controller::Recurrent), 0),
         ("own".to_owned(), own, 0),
         ("forager".to_owned(), of(forager()), 0),
+        ("numbered".to_owned(), numbered, 4),
         ("machine".to_owned(), of(modules::spec(machine.clone(), 4)), 2),
         ("team_machine".to_owned(), teams(machine), 5),
         ("tree".to_owned(), of(modules::spec(tree.clone(), 4)), 3),
@@ -383,6 +398,21 @@ fn what_needs_its_simulator_is_refused() {
     let study = World::new(WorldSpec::foraging(Forager::ODOWD2014)).unwrap();
     let genes = vec![0.5; study.genes()];
     assert!(refused(&study, &genes, 0).starts_with("controller.kind: is `behaviours`"));
+    let others = {
+        let mut spec = modules::spec(world::Controller::Own, 3);
+        spec.own = custom(
+            "const CONTROLLER_GENES: u32 = 1u;
+            fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+                return Command(vec2<f32>(0.001f * robot_pose(episode, 1u).x, 0.5f), before);
+            }",
+        );
+        World::new(spec).unwrap()
+    };
+    let problem = refused(&others, &[0.0], 0);
+    assert!(
+        problem.starts_with("controller: asks for what only its simulator has (`state`)"),
+        "{problem}"
+    );
     let seer = lives::world(100, |spec| {
         spec.controller = world::Controller::Own;
         spec.own = custom(
@@ -579,12 +609,12 @@ fn wheels_are_the_simulators() {
         })
         .unwrap()
     };
-    let worlds = [
-        lives::world(300, |_| {}),
-        described(0),
-        described(7),
-        World::new(modules::spec(world::Controller::Recurrent, 3)).unwrap(),
-    ];
+    let mut swarm = modules::spec(world::Controller::Recurrent, 3);
+    if let Build::Differential(robot) = &mut swarm.robot.build {
+        robot.wheel_noise = None;
+    }
+    let swarm = World::new(swarm).unwrap();
+    let worlds = [lives::world(300, |_| {}), described(0), described(7), swarm];
     for (number, world) in worlds.iter().enumerate() {
         let genome = lives::genes(number, world.genes());
         let controller = Controller::new(world, &genome, 0).unwrap();

@@ -1,4 +1,4 @@
-//! `oneiro export`: of runs, of their files and of other genomes; what ships; the page; what is refused.
+//! `oneiro export`: of runs, of their files and of other genomes; of all shipped experiments; the page's program; refusals.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::place::Place;
 use crate::skips::skipped;
 
-/// Another genome's worth of genes, and an experiment whose run is quick.
+/// An experiment whose run is quick.
 const SMALL: &str = "cycles = 60\n[evolution]\npopulation = 20\nparents = 4\ngenerations = 2\n";
 
 fn shipped(name: &str) -> String {

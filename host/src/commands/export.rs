@@ -65,6 +65,11 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
     let controller = Controller::new(world, &genome, arguments.robot).map_err(|invalid| refused(&invalid))?;
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
     let cycles = controller.record(&mut cpu, key).map_err(|error| refused(&error))?;
+    if cycles.is_empty() {
+        return Err(refused(
+            &"its episode ends before its first cycle; allowed: another --seed or --trial",
+        ));
+    }
     let identity = experiment.identities().of(seed).to_hex();
     let bytes: Vec<u8> = genome.iter().flat_map(|gene| gene.to_le_bytes()).collect();
     let set = settings_typed(&arguments.set);
@@ -118,7 +123,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
     Ok(())
 }
 
-/// The controller that is named.
+/// The named controller.
 fn subject(arguments: &Export, console: Console) -> Result<Subject> {
     let is_experiment = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == "toml");
     let read = |path: &Path, experiment: &Experiment| -> Result<Vec<f32>> {

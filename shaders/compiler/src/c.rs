@@ -10,7 +10,7 @@ use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, 
 /// A buffer as the C function has it.
 #[derive(Clone, Debug)]
 pub enum Memory {
-    /// An array of `uint32_t` with this name; the expression of its number of elements, at least 1.
+    /// An array of `uint32_t` with this name; the expression of its number of elements, 1 or more.
     Words(String, String),
     /// The same, of constants, which lie in the flash memory of processors with another one for data.
     Constants(String, String),
@@ -210,7 +210,7 @@ pub fn print(program: &Program, memory: &[Memory]) -> String {
     printer.out
 }
 
-/// Computes what compares an unsigned number with the least or the greatest: compilers warn of comparisons that always come out alike.
+/// Computes what compares an unsigned number with the minimum or the maximum: compilers warn of comparisons that always come out alike.
 pub(crate) fn compare_limits(program: &mut Program) {
     for at in 0..program.values.len() {
         if let Op::Convert(a) = program.values[at].op
@@ -488,7 +488,7 @@ impl Printer<'_> {
             Op::Constant(bits) => (bits & 31).to_string(),
             _ => format!("({y} & 31u)"),
         };
-        // What wraps is unsigned.
+        // Unsigned integers wrap.
         let wrapping = |symbol: &str| match ty {
             Ty::I32 => format!("((int32_t)((uint32_t){x} {symbol} (uint32_t){y}))"),
             _ => format!("({x} {symbol} {y})"),

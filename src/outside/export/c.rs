@@ -16,7 +16,7 @@ struct Field {
     ty: Ty,
 }
 
-/// What an argument of a function is called, by the words of the caller.
+/// Names of the caller's words in the functions, and their types.
 struct Places(Vec<(String, Ty)>);
 
 /// Prints a controller as a file that stands by itself. `name` begins all names in it; `origin` says where it is from; `cycles` are those
@@ -127,7 +127,7 @@ fn head(controller: &Controller, name: &str, origin: &[String]) -> String {
     text
 }
 
-/// The fields of the state: what nothing asks for is left out, except the number of the cycle.
+/// The fields of the state: the number of the cycle, and the others that the controller asks for.
 fn fields(controller: &Controller) -> Vec<Field> {
     let is_kept = [
         controller.draws(),
@@ -148,7 +148,7 @@ fn fields(controller: &Controller) -> Vec<Field> {
     for (at, (name, scalar)) in controller.memory.iter().enumerate() {
         // Names of WGSL may be words of C.
         let mut name = name.replace('.', "_");
-        if KEYWORDS.contains(&name.as_str()) || !name.is_ascii() {
+        if KEYWORDS.split_whitespace().any(|word| word == name) || !name.is_ascii() {
             name = format!("memory_{at}");
         }
         while !taken.insert(name.clone()) {
@@ -168,56 +168,14 @@ fn fields(controller: &Controller) -> Vec<Field> {
 }
 
 /// Words of C and C++ that a field of a controller's memory may have as its name.
-const KEYWORDS: [&str; 46] = [
-    "and",
-    "asm",
-    "auto",
-    "bool",
-    "break",
-    "case",
-    "catch",
-    "char",
-    "class",
-    "const",
-    "continue",
-    "default",
-    "delete",
-    "do",
-    "double",
-    "else",
-    "enum",
-    "explicit",
-    "export",
-    "extern",
-    "float",
-    "for",
-    "goto",
-    "if",
-    "inline",
-    "int",
-    "long",
-    "namespace",
-    "new",
-    "not",
-    "operator",
-    "or",
-    "private",
-    "register",
-    "return",
-    "short",
-    "signed",
-    "sizeof",
-    "static",
-    "struct",
-    "template",
-    "this",
-    "union",
-    "unsigned",
-    "void",
-    "volatile",
-];
+const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr continue \
+                        decltype default delete do double dynamic_cast else enum explicit export extern false float for friend goto if \
+                        inline int int32_t long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected \
+                        public register restrict return short signed sizeof static static_assert struct switch template this \
+                        thread_local throw true try typedef typeid typename uint32_t union unsigned using virtual void volatile wchar_t \
+                        while xor xor_eq";
 
-/// What the words of the caller are called.
+/// Names of the caller's words.
 fn places(controller: &Controller, fields: &[Field]) -> Places {
     let mut places: Vec<(String, Ty)> = vec![(String::new(), Ty::U32); HEAD.len() + controller.memory.len()];
     for field in fields {

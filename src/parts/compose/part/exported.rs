@@ -45,7 +45,7 @@ pub(crate) struct Exported {
     pub(crate) memory: Vec<(String, Scalar)>,
 }
 
-/// The controller of a kernel, which has a robot's readings in these fields. `has_states` is whether `tables` has the speed of each state
+/// The controller of a kernel, which has a robot's readings in these fields; of a swarm, the one with this number. `has_states` is whether `tables` has the speed of each state
 /// of its motors.
 ///
 /// # Errors
@@ -54,6 +54,7 @@ pub(in crate::parts::compose) fn exported(
     kernel: &Kernel,
     own: &OwnParts,
     fields: &[String],
+    robot: u32,
     has_states: bool,
 ) -> Result<Exported, Invalid> {
     let mut parts = parts_of(kernel);
@@ -79,9 +80,9 @@ pub(in crate::parts::compose) fn exported(
     };
     let generated = compiler::Part {
         path: GENERATED.to_owned(),
-        text: declared(&memory, &own.readings_in(fields), is_of_swarm) + speeds,
+        text: declared(&memory, &own.readings_in(fields), is_of_swarm.then_some(robot)) + speeds,
     };
-    // What gave way to a user's name is called by its other name.
+    // Oneiro's names that gave way to a user's have another end.
     let gave_way: Vec<_> = items
         .iter()
         .filter_map(|item| item.name.strip_suffix(OF_ONEIRO))
@@ -107,7 +108,7 @@ pub(in crate::parts::compose) fn exported(
 }
 
 /// The struct of what the caller has, and the functions that read and write it.
-fn declared(memory: &[Remembered], readings: &[String], is_of_swarm: bool) -> String {
+fn declared(memory: &[Remembered], readings: &[String], member: Option<u32>) -> String {
     let [key_0, key_1, trial, _] = HEAD;
     let mut fields = HEAD.map(|name| format!("    {name}: u32,\n")).concat();
     let (mut loaded, mut kept) = (Vec::new(), String::new());
@@ -128,7 +129,7 @@ fn declared(memory: &[Remembered], readings: &[String], is_of_swarm: bool) -> St
         let _ = writeln!(given, "    readings.{field} = exported.r{index};");
     }
     fields += &TAIL.map(|name| format!("    {name}: f32,\n")).concat();
-    let of_swarm = if is_of_swarm { ", 0u, 0u, 0u" } else { "" };
+    let of_swarm = member.map_or_else(String::new, |member| format!(", 0u, 0u, {member}u"));
     format!(
         "struct Exported {{
 {fields}}}
