@@ -849,9 +849,9 @@ pub(crate) struct Export {
     /// Change a value, such as robot.count=5; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
-    /// The robot of a swarm with several genomes, from 0
+    /// The number of the robot in a swarm, from 0: with several genomes, robots differ
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()))]
-    pub(crate) robot: u32,
+    pub(crate) number: u32,
     /// Cycles that the file checks itself by, 1 to 1000
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole::<u32>(1..=1000))]
     pub(crate) checks: u32,

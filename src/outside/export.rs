@@ -23,9 +23,10 @@ use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shader_compiler::{Generic, c as printer};
 
-use crate::batch::{GREATEST_GENE, KEY_WORDS, LEAST_GENE, Rollout, Trace, TraceRequest, Worlds};
+use crate::batch::{KEY_WORDS, LEAST_GENE, Rollout, Trace, TraceRequest, Worlds};
 use crate::evaluator::{Control, Evaluator};
 pub use crate::outside::reported::Error;
+use crate::outside::reported::check;
 use crate::parameter::{Choice, Invalid};
 use crate::parts::compose::{self, DetailKind, Exported, HEAD, Scalar};
 use crate::random::{Key, pcg4d};
@@ -237,10 +238,7 @@ impl Controller {
             let problem = format!("are {}; allowed: {}", genome.len(), world.genes());
             return Err(Invalid::new("genes", problem));
         }
-        if let Some(at) = genome.iter().position(|gene| !(gene.abs() <= GREATEST_GENE)) {
-            let problem = format!("is {}; allowed: -{GREATEST_GENE} to {GREATEST_GENE}", genome[at]);
-            return Err(Invalid::new(format!("genes[{at}]"), problem));
-        }
+        check("genes", genome)?;
         if robot >= world.robots() {
             let problem = format!("is {robot}; allowed: 0 to {}", world.robots() - 1);
             return Err(Invalid::new("robot", problem));
@@ -319,16 +317,13 @@ impl Controller {
     /// The outputs of a cycle, 0 to 1 each: for the left and for the right wheel.
     ///
     /// # Errors
-    /// Another number of readings, or one that isn't finite or beyond [`GREATEST_GENE`].
+    /// Another number of readings, or one that isn't finite or beyond [`GREATEST_GENE`](crate::batch::GREATEST_GENE).
     pub fn step(&self, state: &mut State, readings: &[f32]) -> Result<[f32; 2], Invalid> {
         if readings.len() != self.inputs.len() {
             let problem = format!("are {}; allowed: {}", readings.len(), self.inputs.len());
             return Err(Invalid::new("readings", problem));
         }
-        if let Some(at) = readings.iter().position(|reading| !(reading.abs() <= GREATEST_GENE)) {
-            let problem = format!("is {}; allowed: -{GREATEST_GENE} to {GREATEST_GENE}", readings[at]);
-            return Err(Invalid::new(format!("readings[{at}]"), problem));
-        }
+        check("readings", readings)?;
         let mut words = state.0.clone();
         words.extend(readings.iter().map(|reading| reading.to_bits()));
         let outputs = words.len();

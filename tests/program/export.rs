@@ -119,7 +119,7 @@ fn what_cannot_be_exported_is_refused() {
     refused(3, &["out", "--to", "c", "--out", "small.txt"], &["ends in .c"]);
     refused(
         3,
-        &["out", "--to", "c", "--robot", "1"],
+        &["out", "--to", "c", "--number", "1"],
         &["robot: is 1; allowed: 0 to 0"],
     );
     refused(2, &["out", "--to", "c", "--checks", "0"], &["from 1 to 1000"]);

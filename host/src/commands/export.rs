@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
     let key = Keys::of_seed(seed).of(0, arguments.trial as usize);
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
     let world = experiment.world();
-    let controller = Controller::new(world, &genome, arguments.robot).map_err(|invalid| refused(&invalid))?;
+    let controller = Controller::new(world, &genome, arguments.number).map_err(|invalid| refused(&invalid))?;
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
     let cycles = controller.record(&mut cpu, key).map_err(|error| refused(&error))?;
     if cycles.is_empty() {
@@ -88,7 +88,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
             "Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {}{}",
             arguments.trial,
             if world.robots() > 1 {
-                format!(", robot {}", arguments.robot)
+                format!(", robot {}", arguments.number)
             } else {
                 String::new()
             }

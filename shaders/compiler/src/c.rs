@@ -225,21 +225,27 @@ pub(crate) fn compare_limits(program: &mut Program) {
             Op::Constant(bits) if program.ty(value) == Ty::U32 => Some(bits),
             _ => None,
         };
-        let same = |value| Some(Op::Bitcast(value));
-        let known = match (op, bits(a), bits(b)) {
-            (Binary::GreaterEqual, _, Some(0)) | (Binary::LessEqual, Some(0), _) => Some(Op::Constant(1)),
-            (Binary::LessEqual, _, Some(u32::MAX)) | (Binary::GreaterEqual, Some(u32::MAX), _) => Some(Op::Constant(1)),
-            (Binary::Less, _, Some(0)) | (Binary::Greater, Some(0), _) => Some(Op::Constant(0)),
-            (Binary::Greater, _, Some(u32::MAX)) | (Binary::Less, Some(u32::MAX), _) => Some(Op::Constant(0)),
-            (Binary::Min, _, Some(0)) | (Binary::Max, _, Some(u32::MAX)) => same(b),
-            (Binary::Min, Some(0), _) | (Binary::Max, Some(u32::MAX), _) => same(a),
-            (Binary::Max, _, Some(0)) | (Binary::Min, _, Some(u32::MAX)) => same(a),
-            (Binary::Max, Some(0), _) | (Binary::Min, Some(u32::MAX), _) => same(b),
-            _ => None,
+        let [least, greatest] = [0, u32::MAX].map(|limit| [a, b].map(|value| bits(value) == Some(limit)));
+        let op = match (op, least, greatest) {
+            (Binary::GreaterEqual, [_, true], _)
+            | (Binary::LessEqual, [true, _], _)
+            | (Binary::LessEqual, _, [_, true])
+            | (Binary::GreaterEqual, _, [true, _]) => Op::Constant(1),
+            (Binary::Less, [_, true], _)
+            | (Binary::Greater, [true, _], _)
+            | (Binary::Greater, _, [_, true])
+            | (Binary::Less, _, [true, _]) => Op::Constant(0),
+            (Binary::Min, [true, _], _)
+            | (Binary::Max, [_, true], _)
+            | (Binary::Max, _, [true, _])
+            | (Binary::Min, _, [_, true]) => Op::Bitcast(a),
+            (Binary::Min, [_, true], _)
+            | (Binary::Max, [true, _], _)
+            | (Binary::Max, _, [_, true])
+            | (Binary::Min, _, [true, _]) => Op::Bitcast(b),
+            _ => continue,
         };
-        if let Some(op) = known {
-            program.values[at].op = op;
-        }
+        program.values[at].op = op;
     }
 }
 

@@ -16,9 +16,6 @@ struct Field {
     ty: Ty,
 }
 
-/// Names of the caller's words in the functions, and their types.
-struct Places(Vec<(String, Ty)>);
-
 /// Prints a controller as a file that stands by itself. `name` begins all names in it; `origin` says where it is from; `cycles` are those
 /// that it checks itself by.
 pub fn c(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> String {
@@ -175,19 +172,19 @@ const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool br
                         thread_local throw true try typedef typeid typename uint32_t union unsigned using virtual void volatile wchar_t \
                         while xor xor_eq";
 
-/// Names of the caller's words.
-fn places(controller: &Controller, fields: &[Field]) -> Places {
+/// Names of the caller's words in the functions, and their types.
+fn places(controller: &Controller, fields: &[Field]) -> Vec<(String, Ty)> {
     let mut places: Vec<(String, Ty)> = vec![(String::new(), Ty::U32); HEAD.len() + controller.memory.len()];
     for field in fields {
         places[field.word] = (format!("state->{}", field.name), field.ty);
     }
     places.extend((0..controller.inputs.len()).map(|input| (format!("inputs[{input}]"), Ty::F32)));
     places.extend(["outputs[0]", "outputs[1]", "speeds[0]", "speeds[1]"].map(|place| (place.to_owned(), Ty::F32)));
-    Places(places)
+    places
 }
 
 /// The last buffer is the caller's.
-fn buffers(tables: &[Table], name: &str, places: &Places) -> Vec<Memory> {
+fn buffers(tables: &[Table], name: &str, places: &[(String, Ty)]) -> Vec<Memory> {
     let table = |table: &Table| {
         let elements = (table.words.len() as u32).checked_div(table.stride).unwrap_or(0);
         Memory::Constants(format!("{name}_{}", name_of(table)), format!("{elements}u"))
@@ -196,7 +193,7 @@ fn buffers(tables: &[Table], name: &str, places: &Places) -> Vec<Memory> {
     others
         .iter()
         .map(table)
-        .chain([Memory::Places(places.0.clone())])
+        .chain([Memory::Places(places.to_vec())])
         .collect()
 }
 
@@ -323,11 +320,10 @@ fn check(controller: &Controller, name: &str, fields: &[Field], cycles: &[Record
         _ => format!("{a} != {b}"),
     };
     if let Some(first) = cycles.first().filter(|cycle| cycle.before.cycle() == 0) {
-        let arguments: String = fields
-            .iter()
-            .filter(|field| HEAD[..3].contains(&field.name.as_str()))
-            .map(|field| format!(", {}", c::constant(first.before.0[field.word], Ty::U32)))
-            .collect();
+        let seeds = fields.iter().filter(|field| HEAD[..3].contains(&field.name.as_str()));
+        let arguments = seeds.fold(String::new(), |all, field| {
+            all + ", " + &c::constant(first.before.0[field.word], Ty::U32)
+        });
         let _ = writeln!(
             text,
             "        if (i == 0) {{\n            {name}_reset(&state{arguments});\n        }}"
