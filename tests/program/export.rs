@@ -135,7 +135,8 @@ fn all_experiments_that_ship_are_exported() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         // The foraging study's controllers are behaviours.
-        .filter(|name| name.ends_with(".toml") && !name.starts_with("odowd2014"))
+        .filter(|name| Path::new(name).extension().is_some_and(|extension| extension == "toml"))
+        .filter(|name| !name.starts_with("odowd2014"))
         .collect();
     names.sort();
     assert!(names.len() > 20);

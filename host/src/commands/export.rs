@@ -157,15 +157,14 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
     };
     let run = SingleRun::open(&list::one(&directory)?)?;
     let experiment = Experiment::read(&run.config(), &arguments.set)?;
-    let (genome, from) = match arguments.genome.as_ref().or(champion) {
-        Some(file) => (read(file, &experiment)?, file.display().to_string()),
-        None => {
-            let champion = run.champion()?.alone();
-            let path = run.directory();
-            let own = run.experiment()?.world().gene_layout();
-            let champion = genomes::by_name(path, own, champion, experiment.world().gene_layout())?;
-            (only(path, &champion)?, path.display().to_string())
-        }
+    let (genome, from) = if let Some(file) = arguments.genome.as_ref().or(champion) {
+        (read(file, &experiment)?, file.display().to_string())
+    } else {
+        let champion = run.champion()?.alone();
+        let path = run.directory();
+        let own = run.experiment()?.world().gene_layout();
+        let champion = genomes::by_name(path, own, champion, experiment.world().gene_layout())?;
+        (only(path, &champion)?, path.display().to_string())
     };
     Ok(Subject {
         seed: run.seed(),
