@@ -42,7 +42,7 @@ const GREATEST_TURNS_EACH: u32 = 20_000;
 const PIECE: usize = 4096;
 
 /// Words of a group's keys, which precede its genes.
-const KEY_WORDS: usize = episode::KEY_WORDS as usize;
+pub(crate) const KEY_WORDS: usize = episode::KEY_WORDS as usize;
 
 /// A key as the kernels read it.
 fn input_words(key: Key) -> [u32; KEY_WORDS] {
@@ -418,7 +418,7 @@ impl Worlds {
         self.0.kernel
     }
 
-    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+    #[cfg(feature = "compose")]
     /// Them as the kernel reads them.
     pub(crate) fn packed(&self) -> &Packed {
         &self.0.packed

@@ -21,6 +21,8 @@ pub mod world;
 pub use devices::gpu;
 pub use devices::{audit, auto, backend, background, cpu, pool, probe, threads};
 pub use foragers::swarm;
+#[cfg(feature = "compose")]
+pub use outside::export;
 pub use outside::{acting, reported, stepped};
 pub use parts::{automode, compose, network};
 pub use world::{arena, picture, reference, surrogate, tables, tasks};

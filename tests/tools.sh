@@ -48,6 +48,29 @@ validator() {
     install spirv-tools || echo "no validator: SPIR-V will not be validated"
 }
 
+# Controllers as C are compiled by these, and run.
+c_compilers() {
+    local name
+    for name in gcc clang; do
+        command -v "$name" >/dev/null && continue
+        say "installing C compilers"
+        install gcc clang || echo "no $name: controllers as C will not be compiled by it"
+        return
+    done
+}
+
+# Controllers as C run on microcontrollers, which are emulated.
+microcontrollers() {
+    local name
+    for name in arm-none-eabi-gcc qemu-system-arm avr-gcc simavr; do
+        command -v "$name" >/dev/null && continue
+        say "installing compilers and emulators of microcontrollers"
+        install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-avr avr-libc simavr ||
+            echo "no $name: controllers as C will not run on microcontrollers"
+        return
+    done
+}
+
 # Robots are driven in a simulator if it is available.
 simulator() {
     local name
@@ -70,4 +93,6 @@ python_packages
 browser
 type_checker
 validator
+c_compilers
+microcontrollers
 simulator

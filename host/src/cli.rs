@@ -400,6 +400,8 @@ pub(crate) enum Command {
     Replay(Replay),
     /// Evaluate genomes, find the best, or play a tournament
     Evaluate(Evaluate),
+    /// Write a controller as a C file that checks its own bits
+    Export(Export),
     /// Compare experiments: scores, tests and figures in one report
     Compare(Compare),
     /// Check a run's files; recompute its results and compare the bits
@@ -856,6 +858,42 @@ pub(crate) struct Replay {
     /// How many times as fast as in reality the film is, 0.1 to 10000 [default: so that it takes 20 s]
     #[arg(long, value_name = "X", requires = "film", value_parser = number::<f64>(0.1..=10_000.0))]
     pub(crate) speed: Option<f64>,
+}
+
+/// `oneiro export`
+#[derive(Args, Debug)]
+pub(crate) struct Export {
+    /// The run whose champion it is: its directory, its name in runs/ or the beginning of that, or its champion.json; or with --genome
+    /// an experiment's TOML file [default: the newest run]
+    #[arg(value_hint = ValueHint::AnyPath)]
+    pub(crate) champion: Option<PathBuf>,
+    /// What to write: c (a C99 file)
+    #[arg(long, value_name = "TARGET")]
+    pub(crate) to: String,
+    /// The file to write; one that exists is never overwritten [default: the experiment's name, in the current folder]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+    /// What the names in the file begin with: letters, digits and _ [default: the experiment's name]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) name: Option<String>,
+    /// Export this genome instead, such as one from `oneiro evaluate --best --out`
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) genome: Option<PathBuf>,
+    /// Change a value, such as robot.count=5; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<String>,
+    /// The number of the robot in a swarm, from 0: with several genomes, robots differ
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()))]
+    pub(crate) number: u32,
+    /// Cycles that the file checks itself by, 1 to 1000
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole::<u32>(1..=1000))]
+    pub(crate) checks: u32,
+    /// Seed of the episode that these cycles are from [default: the run's, or 1]
+    #[arg(long, value_name = "N", value_parser = seed())]
+    pub(crate) seed: Option<u64>,
+    /// Its trial, from 0
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()))]
+    pub(crate) trial: u32,
 }
 
 /// `oneiro verify`

@@ -32,6 +32,7 @@ parts![
     "controller/perceptron.wgsl",
     "controller/recurrent.wgsl",
     "driven.wgsl",
+    "exported.wgsl",
     "lib/batch.wgsl",
     "lib/circle.wgsl",
     "lib/circle_rays.wgsl",

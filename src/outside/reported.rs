@@ -138,7 +138,7 @@ fn rollout(inputs: &[f32], key: Key) -> Rollout<'_> {
     }
 }
 
-fn check(field: &str, numbers: &[f32]) -> Result<(), Invalid> {
+pub(super) fn check(field: &str, numbers: &[f32]) -> Result<(), Invalid> {
     let is_allowed = |number: &f32| number.abs() <= GREATEST_GENE;
     match numbers.iter().position(|number| !is_allowed(number)) {
         None => Ok(()),

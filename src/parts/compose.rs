@@ -43,9 +43,9 @@ use crate::parts::network::Network;
 pub(crate) use owner::{Described, Hearing, Together};
 pub(crate) use owner::{Grids, Make, Owner};
 pub(crate) use part::too_many_turns;
-pub use part::{Part, Rule};
 #[cfg(feature = "compose")]
-pub(crate) use part::{is_of_user, parts_of};
+pub(crate) use part::{Exported, HEAD, TAIL, is_of_user, parts_of};
+pub use part::{Part, Rule};
 
 /// Stands for the path of a network, which is not in a file.
 const NETWORK: &str = "network";
@@ -421,6 +421,22 @@ impl OwnParts {
     pub(crate) fn compose(&self, base: &'static Kernel, owner: &Owner) -> Result<Composed, Invalid> {
         part::compose(base, self, owner)
     }
+}
+
+/// The controller of a kernel by itself, for a robot with readings in these fields; of a swarm, the one with this number. `has_states` is whether `tables` has, of each state of the
+/// motors, the speed as the first word of a cell.
+///
+/// # Errors
+/// A controller that can't stand by itself.
+#[cfg(feature = "compose")]
+pub(crate) fn exported(
+    kernel: &Kernel,
+    own: &OwnParts,
+    fields: &[String],
+    robot: u32,
+    has_states: bool,
+) -> Result<Exported, Invalid> {
+    part::exported(kernel, own, fields, robot, has_states)
 }
 
 /// The kernel of swarms whose robots are driven from outside, see [`crate::swarm::Driven`].

@@ -37,6 +37,8 @@ mod differential;
 #[cfg(feature = "compose")]
 mod drawn;
 mod drives;
+#[cfg(feature = "compose")]
+mod export;
 #[cfg(feature = "native")]
 mod features;
 mod forager;

@@ -41,7 +41,7 @@ fn sensor(name: &str) -> Sensor {
 }
 
 /// Every kind of layer, first and after another, with every activation function, with and without biases.
-fn networks() -> Vec<Network> {
+pub(crate) fn networks() -> Vec<Network> {
     let with = |layers: &[Layer]| Network {
         layers: layers.to_vec(),
         ..Network::default()

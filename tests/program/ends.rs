@@ -25,7 +25,7 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 46] = [
+const COMMANDS: [(&str, &[&str]); 47] = [
     ("new", &["new", "OUT.toml"]),
     ("import", &["import", "maze.txt", "--out", "OUT.toml"]),
     (
@@ -64,6 +64,7 @@ const COMMANDS: [(&str, &[&str]); 46] = [
     ("evaluate the best", &["evaluate", "--best", "--genomes", "run"]),
     ("watch", &["watch", "run", "--snapshot", "OUT.html"]),
     ("replay", &["replay", "run"]),
+    ("export", &["export", "run", "--to", "c", "--out", "OUT.c"]),
     (
         "replay as a film",
         &["replay", "run", "--film", "OUT.gif", "--picture", "OUT.png"],

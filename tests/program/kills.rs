@@ -47,7 +47,7 @@ impl Case {
     }
 }
 
-const CASES: [Case; 36] = [
+const CASES: [Case; 37] = [
     Case::new("run", "small.toml --seed 1 --out WORK/out"),
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
@@ -82,6 +82,10 @@ const CASES: [Case; 36] = [
             "reproduce odowd2014",
             "--study odowd.toml --runs 2 --only-cases --out WORK/out",
         )
+    },
+    Case {
+        stays: true,
+        ..Case::new("export", "done --to c --out WORK/out.c")
     },
     Case::new("robot sample", "--objects wall --out WORK/out"),
     Case::new("robot sample", "--robot described.toml --out WORK/out"),

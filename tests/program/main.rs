@@ -38,6 +38,8 @@ mod ends;
 #[cfg(feature = "compose")]
 mod evostick;
 #[cfg(feature = "compose")]
+mod export;
+#[cfg(feature = "compose")]
 mod extend;
 #[cfg(all(feature = "native", feature = "twin"))]
 mod foreign;

@@ -14,7 +14,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
         "Look at results",
         &["list", "watch", "replay", "evaluate", "compare", "verify"],
     ),
-    ("Robots", &["robot", "fleet"]),
+    ("Robots", &["robot", "fleet", "export"]),
     ("This machine", &["device", "completions", "man"]),
 ];
 

@@ -1,6 +1,8 @@
 //! The commands, one file each; those with sub-commands have a folder.
 
 use oneiro_base::console::Console;
+#[cfg(not(feature = "compose"))]
+use oneiro_base::exit::Failure;
 use oneiro_base::exit::Result;
 #[cfg(unix)]
 use oneiro_lab::engine::watcher::stop_at_once;
@@ -14,6 +16,8 @@ mod completions;
 pub(crate) mod cost;
 pub(crate) mod device;
 mod evaluate;
+#[cfg(feature = "compose")]
+mod export;
 pub(crate) mod fleet;
 mod guard;
 mod import;
@@ -54,6 +58,12 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Adopt(arguments) => adopt::run(arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),
         Command::Evaluate(arguments) => evaluate::run(&arguments, console),
+        #[cfg(feature = "compose")]
+        Command::Export(arguments) => export::run(&arguments, console),
+        #[cfg(not(feature = "compose"))]
+        Command::Export(_) => Err(Failure::usage(
+            "this program compiles nothing, so it exports nothing; allowed: in one with the feature `compose`",
+        )),
         Command::Compare(arguments) => compare::run(&arguments, console),
         Command::Watch(arguments) => watch::run(&arguments, console),
         Command::Replay(arguments) => replay::run(&arguments, console),

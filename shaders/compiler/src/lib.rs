@@ -1,4 +1,4 @@
-//! Compiles an exact subset of WGSL to SPIR-V, Rust lane code and host structs: the kernels that ship when Oneiro is built,
+//! Compiles an exact subset of WGSL to SPIR-V, Rust lane code, C and host structs: the kernels that ship when Oneiro is built,
 //! and those with a user-defined task at run time.
 //!
 //! A kernel is a list of parts ([`Part`]), concatenated. [`compile`] parses and validates it, refuses everything that could
@@ -7,6 +7,7 @@
 
 mod assemble;
 pub mod bounds;
+pub mod c;
 pub mod count;
 pub mod declarations;
 mod exact;
@@ -274,6 +275,18 @@ impl Generic {
     /// A mistake of this compiler.
     pub fn trees(&self, program: tree::Program) -> Result<Trees, Refusals> {
         self.checked.trees_of(program)
+    }
+
+    /// A program of this kernel for one lane, from which C is printed.
+    pub fn alone(&self, mut program: tree::Program) -> tree::Program {
+        c::compare_limits(&mut program);
+        tidy::take_constant_branches(&mut program);
+        tidy::carry_values_out(&mut program);
+        remove_unused(&mut program);
+        tidy::sink_declarations(&mut program);
+        tidy::part_variables(&mut program);
+        remove_unused(&mut program);
+        program
     }
 
     /// SPIR-V of a program of this kernel.

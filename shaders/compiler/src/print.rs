@@ -4,21 +4,15 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::tree::{Address, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
+use crate::tree::{Address, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable};
 use crate::uniform::{Region, Shape, Shapes, depth_of};
 
 /// Prints a program as one Rust function that is generic over the type of the lanes.
 pub(crate) fn print(program: &Program, shapes: &Shapes, name: &str, strides: &[u32]) -> String {
-    let mut uses = BTreeMap::new();
-    visit(&program.body, &mut |statement| {
-        for operand in statement.operands(program) {
-            *uses.entry(operand).or_insert(0) += 1;
-        }
-    });
     let mut printer = Printer {
         program,
         shapes,
-        uses,
+        uses: program.uses(),
         texts: BTreeMap::new(),
         regions: Vec::new(),
         masks: Vec::new(),
@@ -65,7 +59,7 @@ struct Printer<'a> {
 }
 
 /// Characters of the longest expression that is printed at its use.
-const INLINE: usize = 60;
+pub(crate) const INLINE: usize = 60;
 
 impl Printer<'_> {
     fn line(&mut self, text: &str) {
@@ -78,18 +72,11 @@ impl Printer<'_> {
     }
 
     fn name(&self, value: Value) -> String {
-        match &self.program.values[value.0 as usize].name {
-            Some(name) => format!("{}_{}", name.to_lowercase(), value.0),
-            None => format!("v{}", value.0),
-        }
+        self.program.name(value)
     }
 
     fn variable(&self, variable: Variable) -> String {
-        format!(
-            "{}_m{}",
-            self.program.variables[variable.0 as usize].name.to_lowercase(),
-            variable.0
-        )
+        self.program.variable_name(variable)
     }
 
     fn mask_name(&mut self, stem: &str) -> String {

@@ -55,6 +55,66 @@ fn sweep(block: &mut Block, keep: &mut impl FnMut(&Statement) -> bool) {
     block.retain(|statement| keep(statement));
 }
 
+/// Gives each declaration a variable or array of its own. Those of a loop whose turns are written out, or of a function that was inlined
+/// several times, are one variable before.
+pub(crate) fn part_variables(program: &mut Program) {
+    let mut body = std::mem::take(&mut program.body);
+    Parted {
+        program,
+        declared: BTreeSet::new(),
+        declared_arrays: BTreeSet::new(),
+    }
+    .block(&mut body, &mut Renamed::default());
+    program.body = body;
+}
+
+/// Variables and arrays by what they were.
+#[derive(Clone, Default)]
+struct Renamed {
+    variables: BTreeMap<Variable, Variable>,
+    arrays: BTreeMap<Array, Array>,
+}
+
+struct Parted<'a> {
+    program: &'a mut Program,
+    declared: BTreeSet<Variable>,
+    declared_arrays: BTreeSet<Array>,
+}
+
+impl Parted<'_> {
+    fn block(&mut self, block: &mut Block, renamed: &mut Renamed) {
+        for statement in block {
+            match statement {
+                Statement::Declare(variable) if !self.declared.insert(*variable) => {
+                    let info = self.program.variables[variable.0 as usize].clone();
+                    let new = Variable(self.program.variables.len() as u32);
+                    self.program.variables.push(info);
+                    renamed.variables.insert(*variable, new);
+                    *variable = new;
+                }
+                Statement::DeclareArray(array) if !self.declared_arrays.insert(*array) => {
+                    let info = self.program.arrays[array.0 as usize].clone();
+                    let new = Array(self.program.arrays.len() as u32);
+                    self.program.arrays.push(info);
+                    renamed.arrays.insert(*array, new);
+                    *array = new;
+                }
+                Statement::Let(value) => match &mut self.program.values[value.0 as usize].op {
+                    Op::Read(variable) => *variable = *renamed.variables.get(variable).unwrap_or(variable),
+                    Op::ReadElement(array, _) => *array = *renamed.arrays.get(array).unwrap_or(array),
+                    _ => {}
+                },
+                Statement::Write(variable, _) => *variable = *renamed.variables.get(variable).unwrap_or(variable),
+                Statement::WriteElement { array, .. } => *array = *renamed.arrays.get(array).unwrap_or(array),
+                _ => {}
+            }
+            for inner in statement.blocks_mut() {
+                self.block(inner, &mut renamed.clone());
+            }
+        }
+    }
+}
+
 /// Reads and writes all elements of an array where an index differs between lanes, so that each index is the same in all of them.
 /// Returns whether there is one.
 pub(crate) fn go_through_arrays(program: &mut Program, shapes: &Shapes) -> bool {

@@ -2,6 +2,8 @@
 //! and structs are split, and every jump is an exit from a labelled block, so that later passes need no special cases for
 //! `break`, `continue` and `return`.
 
+use std::collections::BTreeMap;
+
 /// A scalar type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Ty {
@@ -272,6 +274,31 @@ impl Program {
     /// Operation that computes a value.
     pub fn op(&self, value: Value) -> Op {
         self.values[value.0 as usize].op
+    }
+
+    /// How often each value is used, if it is.
+    pub fn uses(&self) -> BTreeMap<Value, u32> {
+        let mut uses = BTreeMap::new();
+        visit(&self.body, &mut |statement| {
+            for operand in statement.operands(self) {
+                *uses.entry(operand).or_insert(0) += 1;
+            }
+        });
+        uses
+    }
+
+    /// Name of a value in code that is made of the program.
+    pub fn name(&self, value: Value) -> String {
+        match &self.values[value.0 as usize].name {
+            Some(name) => format!("{}_{}", name.to_lowercase(), value.0),
+            None => format!("v{}", value.0),
+        }
+    }
+
+    /// Name of a variable in code that is made of the program.
+    pub fn variable_name(&self, variable: Variable) -> String {
+        let name = &self.variables[variable.0 as usize].name;
+        format!("{}_m{}", name.to_lowercase(), variable.0)
     }
 
     /// Adds a value, which is not yet in any block.

@@ -1,6 +1,7 @@
 //! A user's part: its declarations, the names that it may use, and the code generated for it.
 
 mod check;
+mod exported;
 mod fields;
 mod generate;
 #[cfg(test)]
@@ -22,6 +23,8 @@ pub(super) use oneiro_shader_parts::{BEHAVIOUR_TREE, STATE_MACHINE};
 
 use super::{Kind, Refused, Scalar, Value};
 
+pub(super) use exported::exported;
+pub(crate) use exported::{Exported, HEAD, TAIL};
 pub(super) use kernel::{compose, driven};
 pub(crate) use kernel::{is_of_user, parts_of};
 

@@ -8,6 +8,7 @@ mod seeds;
 mod skips;
 
 mod bounds;
+mod c;
 mod golden;
 mod layout;
 mod mistakes;

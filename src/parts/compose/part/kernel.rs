@@ -24,6 +24,9 @@ use crate::parts::compose::{
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
 
+/// What the names of Oneiro's declarations end with where a user's have the same names.
+pub(super) const OF_ONEIRO: &str = "_of_oneiro";
+
 /// What users' parts may ask of the world and of the experiment.
 pub(super) const USER: &str = "lib/user.wgsl";
 const GIVEN: &str = "lib/given.wgsl";
@@ -178,7 +181,7 @@ fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
 }
 
 /// A part that ships.
-fn shipped(path: &str) -> compiler::Part {
+pub(super) fn shipped(path: &str) -> compiler::Part {
     let shipped = PARTS.iter().find(|(shipped, _)| *shipped == path);
     compiler::Part {
         path: path.to_owned(),
@@ -187,7 +190,7 @@ fn shipped(path: &str) -> compiler::Part {
 }
 
 /// Parts and another shipped one, whose declarations replace the same names in them.
-fn with(parts: Vec<compiler::Part>, other: compiler::Part) -> Vec<compiler::Part> {
+pub(super) fn with(parts: Vec<compiler::Part>, other: compiler::Part) -> Vec<compiler::Part> {
     let instead = declarations(&other).into_iter().map(|item| item.name).collect();
     let kept = parts.into_iter().map(|shipped| {
         let text = without(&shipped, &instead);
@@ -557,7 +560,7 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     let names: BTreeSet<_> = theirs.filter(check::gives_way).map(|item| item.name).collect();
     for (_, part) in parts.iter_mut().enumerate().filter(|(at, _)| !is_of_user(*at)) {
         for name in &names {
-            part.text = renamed(part, name, &format!("{name}_of_oneiro"));
+            part.text = renamed(part, name, &format!("{name}{OF_ONEIRO}"));
         }
     }
     Assembled { parts, users, few }

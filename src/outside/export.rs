@@ -1,0 +1,528 @@
+//! Controllers by themselves, without a simulator: described for other programs and robots, and printed in other languages.
+//!
+//! A controller is specialised to its genes and to its experiment's values. Printed controllers have the simulator's bits, which
+//! [`Controller::record`] checks cycle by cycle.
+//!
+//! ```
+//! use oneiro::export::Controller;
+//! use oneiro::world::{World, WorldSpec};
+//!
+//! let world = World::new(WorldSpec::miglino1995())?;
+//! let controller = Controller::new(&world, &[0.5; 18], 0)?;
+//! let mut state = controller.reset([0, 0], 0);
+//! let [left, right] = controller.step(&mut state, &[0.0; 8])?;
+//! assert!(left == right && left > 0.5);
+//! assert!(controller.wheels([left, right])?[0] > 0.0);
+//! # Ok::<(), oneiro::parameter::Invalid>(())
+//! ```
+
+mod c;
+
+use oneiro_shader_compiler::interpret::{self, Buffers};
+use oneiro_shader_compiler::specialise::Known;
+use oneiro_shader_compiler::tree::Program;
+use oneiro_shader_compiler::{Generic, c as printer};
+
+use crate::batch::{KEY_WORDS, LEAST_GENE, Rollout, Trace, TraceRequest, Worlds};
+use crate::evaluator::{Control, Evaluator};
+pub use crate::outside::reported::Error;
+use crate::outside::reported::check;
+use crate::parameter::{Choice, Invalid};
+use crate::parts::compose::{self, DetailKind, Exported, HEAD, Scalar};
+use crate::random::{Key, pcg4d};
+use crate::world::differential::Differential;
+use crate::world::tables::{MotorTable, SENSOR_NAMES};
+use crate::world::{Build, Controller as Kind, Noise, Robot, World, WorldSpec};
+
+pub use c::c;
+
+/// Duration of a control cycle, s.
+pub const PERIOD: f32 = 0.1;
+
+/// Most words of a table that a controller asks for.
+const GREATEST_TABLE: usize = 1 << 14;
+
+/// Most turns of all loops of a cycle.
+const TURNS: u64 = 10_000_000;
+
+/// A language or system that a controller is printed for, and what prints it: the controller, its name, lines that say where it is from,
+/// and cycles to check it by.
+pub struct Target {
+    /// Its name.
+    pub name: &'static str,
+    /// What is written.
+    pub about: &'static str,
+    /// Ends that the file's name may have, the usual one first.
+    pub extensions: &'static [&'static str],
+    /// Prints it.
+    pub print: fn(&Controller, &str, &[String], &[Recorded]) -> String,
+}
+
+/// Everything that controllers are printed for.
+pub const TARGETS: &[Target] = &[Target {
+    name: "c",
+    about: "a C99 file without libraries, with a function that checks its own bits",
+    extensions: &["c", "h"],
+    print: c,
+}];
+
+/// What a controller reads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// Its name.
+    pub name: String,
+    /// What it measures, with unit and range.
+    pub about: String,
+}
+
+/// A controller with its genes.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    /// Its kind, as experiments name it.
+    pub kind: String,
+    /// What it reads in a cycle, in order.
+    pub inputs: Vec<Input>,
+    /// What it remembers from cycle to cycle, with its type. Floats begin at 0 in most controllers.
+    pub memory: Vec<(String, Scalar)>,
+    /// Its genes by name.
+    pub genes: Vec<(String, f32)>,
+    /// Speed of a wheel that is commanded at 1, mm/s, if the experiment says so.
+    pub full_speed: Option<f32>,
+    world: World,
+    genome: Vec<f32>,
+    robot: u32,
+    begin: Program,
+    cycle: Program,
+    /// Words of the buffers that these read at places that vary, by binding number; empty ones are not read.
+    tables: Vec<Table>,
+    wheels: Program,
+    /// The same of the wheels.
+    tables_of_wheels: Vec<Table>,
+}
+
+/// Words of a buffer.
+#[derive(Clone, Debug, Default)]
+struct Table {
+    name: String,
+    words: Vec<u32>,
+    /// Words of an element.
+    stride: u32,
+}
+
+/// What a controller keeps between cycles: the key of its random numbers, the number of its trial and of the next cycle, and its memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct State(Vec<u32>);
+
+/// A recorded cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recorded {
+    /// The state before it.
+    pub before: State,
+    /// What the controller read.
+    pub readings: Vec<f32>,
+    /// Its outputs.
+    pub outputs: [f32; 2],
+    /// The state after it.
+    pub after: State,
+}
+
+impl State {
+    /// The number of the next cycle.
+    pub fn cycle(&self) -> u32 {
+        self.0[3]
+    }
+}
+
+/// Tasks of a kernel: `EXPORT_BEGIN` and `EXPORT_CYCLE` of `exported.wgsl`, or neither.
+const BEGIN: u32 = 0;
+const CYCLE: u32 = 1;
+const WHEELS: u32 = 2;
+
+/// The kernel of a world's controller, and the words of its buffers.
+struct Source {
+    kernel: Generic,
+    tables: Vec<Table>,
+    signed_zeros: bool,
+}
+
+impl Source {
+    /// `motors` leaves all tables out but that of these motors.
+    fn new(
+        world: &World,
+        genome: &[f32],
+        robot: u32,
+        motors: Option<&MotorTable>,
+    ) -> Result<(Self, Vec<(String, Scalar)>), Invalid> {
+        let spec = world.spec();
+        let has_states = motors.is_some_and(|motors| motors.full_speed().is_some());
+        let fields = spec.robot.build.fields();
+        let Exported { kernel, memory } = compose::exported(world.kernel(), &spec.own, &fields, robot, has_states)?;
+        let worlds = Worlds::new(&[world])?;
+        let packed = worlds.packed();
+        let mut first = packed.worlds[0];
+        let mut cells = packed.tables.clone();
+        if motors.is_some() {
+            let (begin, states) = (first.motor_table as usize, first.motor_states as usize);
+            first.motor_table = 0;
+            cells = cells[begin..begin + states * states].to_vec();
+            if has_states {
+                let speed = |state: usize| [cells[state * (states + 1)][2], 0, 0, 0];
+                cells = (0..states).map(speed).collect();
+            }
+        }
+        let genes = genome
+            .iter()
+            .map(|gene| if gene.abs() < LEAST_GENE { 0 } else { gene.to_bits() });
+        let inputs: Vec<u32> = [0; KEY_WORDS].into_iter().chain(genes).collect();
+        let tables = kernel.bindings.iter().map(|binding| Table {
+            name: binding.name.clone(),
+            words: match binding.name.as_str() {
+                "worlds" => bytemuck::cast_slice(&[first]).to_vec(),
+                "shapes" => bytemuck::cast_slice(&packed.shapes).to_vec(),
+                "tables" => bytemuck::cast_slice(&cells).to_vec(),
+                "inputs" => inputs.clone(),
+                _ => Vec::new(),
+            },
+            stride: binding.stride / size_of::<u32>() as u32,
+        });
+        let source = Self {
+            tables: tables.collect(),
+            // A user's part may look at zeros' signs.
+            signed_zeros: world.kernel().variants.is_empty(),
+            kernel,
+        };
+        Ok((source, memory))
+    }
+
+    /// What it does in this mode, and the tables that it reads then.
+    fn program(&self, mode: u32) -> Result<(Program, Vec<Table>), Invalid> {
+        let word = |buffer: u32, element: Option<u32>, offset: u32| {
+            let Table { name, words, stride } = &self.tables[buffer as usize];
+            if name == "dispatch" {
+                return (offset == 0).then_some(mode);
+            }
+            let last = (words.len() as u32).checked_div(*stride)?.checked_sub(1)?;
+            Some(words[(element?.min(last) * stride + offset) as usize])
+        };
+        let program = self.kernel.alone(self.kernel.program(&Known {
+            word: &word,
+            signed_zeros: self.signed_zeros,
+        }));
+        let mut tables = vec![Table::default(); self.tables.len()];
+        for buffer in printer::touched(&program) {
+            let table = &self.tables[buffer as usize];
+            if table.name == "exported" {
+                continue;
+            }
+            if table.words.is_empty() || table.words.len() > GREATEST_TABLE {
+                let problem = format!(
+                    "asks for what only its simulator has (`{}`); allowed: its readings, its genes, its values and its memory",
+                    table.name
+                );
+                return Err(Invalid::new("controller", problem));
+            }
+            tables[buffer as usize] = table.clone();
+        }
+        Ok((program, tables))
+    }
+}
+
+impl Controller {
+    /// The controller of a world's robot with a genome. In a world whose numbers vary, its numbers are those of the first variant.
+    ///
+    /// # Errors
+    /// Another number of genes, or some that aren't allowed; a robot that there isn't; a controller that needs its simulator.
+    pub fn new(world: &World, genome: &[f32], robot: u32) -> Result<Self, Invalid> {
+        let world = &world.variants()[0];
+        if genome.len() != world.genes() {
+            let problem = format!("are {}; allowed: {}", genome.len(), world.genes());
+            return Err(Invalid::new("genes", problem));
+        }
+        check("genes", genome)?;
+        if robot >= world.robots() {
+            let problem = format!("is {robot}; allowed: 0 to {}", world.robots() - 1);
+            return Err(Invalid::new("robot", problem));
+        }
+        if world.spec().controller == Kind::Behaviours {
+            let problem = "is `behaviours`, which read their own sensors; allowed: any other";
+            return Err(Invalid::new("controller.kind", problem));
+        }
+        let whole = genome;
+        let genome = &whole[world.genes_of(robot)];
+        let (source, memory) = Source::new(world, genome, robot, None)?;
+        let (begin, of_begin) = source.program(BEGIN)?;
+        let (cycle, of_cycle) = source.program(CYCLE)?;
+        let robot_of_world = &world.spec().robot;
+        let motors = match &robot_of_world.build {
+            Build::Sampled => Some(&*robot_of_world.motors),
+            Build::Differential(described) => described.sampled_motors.then_some(&*robot_of_world.motors),
+            Build::Forager(_) => None,
+        };
+        let (of_motors, _) = Source::new(&at_once(world)?, genome, robot, motors)?;
+        let (wheels, tables_of_wheels) = of_motors.program(WHEELS)?;
+        let names = world.gene_layout().controller().iter().map(|gene| gene.name.clone());
+        Ok(Self {
+            kind: world.spec().controller.word().to_owned(),
+            inputs: inputs(world.spec()),
+            memory,
+            genes: names.zip(genome.iter().copied()).collect(),
+            full_speed: full_speed(robot_of_world),
+            world: world.clone(),
+            genome: whole.to_vec(),
+            robot,
+            begin,
+            cycle,
+            tables: joined([of_begin, of_cycle]),
+            wheels,
+            tables_of_wheels,
+        })
+    }
+
+    /// Whether it draws random numbers, by the key that it begins with.
+    pub fn draws(&self) -> bool {
+        self.reads(0) || self.reads(1)
+    }
+
+    /// Whether it asks for the number of its trial.
+    pub fn asks_for_trial(&self) -> bool {
+        self.reads(2)
+    }
+
+    /// Whether a word of what the caller has matters to it.
+    fn reads(&self, word: u32) -> bool {
+        let exported = self.exported();
+        [&self.begin, &self.cycle]
+            .iter()
+            .any(|program| printer::loads(program, exported, word))
+    }
+
+    /// The number of the buffer that the caller has.
+    fn exported(&self) -> u32 {
+        self.tables.len() as u32 - 1
+    }
+
+    fn readings_begin(&self) -> usize {
+        HEAD.len() + self.memory.len()
+    }
+
+    /// The state before the first cycle of an episode.
+    pub fn reset(&self, key: [u32; 2], trial: u32) -> State {
+        let mut words = vec![0; self.readings_begin() + self.inputs.len() + compose::TAIL.len()];
+        words[..3].copy_from_slice(&[key[0], key[1], trial]);
+        run(&self.begin, &self.tables, &mut words);
+        words.truncate(self.readings_begin());
+        State(words)
+    }
+
+    /// The outputs of a cycle, 0 to 1 each: for the left and for the right wheel.
+    ///
+    /// # Errors
+    /// Another number of readings, or one that isn't finite or beyond [`GREATEST_GENE`](crate::batch::GREATEST_GENE).
+    pub fn step(&self, state: &mut State, readings: &[f32]) -> Result<[f32; 2], Invalid> {
+        if readings.len() != self.inputs.len() {
+            let problem = format!("are {}; allowed: {}", readings.len(), self.inputs.len());
+            return Err(Invalid::new("readings", problem));
+        }
+        check("readings", readings)?;
+        let mut words = state.0.clone();
+        words.extend(readings.iter().map(|reading| reading.to_bits()));
+        let outputs = words.len();
+        words.extend([0; 4]);
+        run(&self.cycle, &self.tables, &mut words);
+        state.0.copy_from_slice(&words[..self.readings_begin()]);
+        Ok([0, 1].map(|output| f32::from_bits(words[outputs + output])))
+    }
+
+    /// The speeds of the left and the right wheel that outputs command, as fractions of full speed, -1 to 1.
+    ///
+    /// # Errors
+    /// Outputs that are not from 0 to 1.
+    pub fn wheels(&self, outputs: [f32; 2]) -> Result<[f32; 2], Invalid> {
+        if let Some(output) = outputs.iter().find(|output| !(0.0..=1.0).contains(*output)) {
+            return Err(Invalid::new("outputs", format!("has {output}; allowed: 0 to 1")));
+        }
+        let mut words = vec![0; self.readings_begin() + self.inputs.len()];
+        words.extend(outputs.map(f32::to_bits));
+        words.extend([0; 2]);
+        run(&self.wheels, &self.tables_of_wheels, &mut words);
+        let speeds = words.len() - 2;
+        Ok([0, 1].map(|wheel| f32::from_bits(words[speeds + wheel])))
+    }
+
+    /// Simulates an episode in its world, and returns its cycles, each with the states around it. In a swarm, they are those of its robot.
+    ///
+    /// # Errors
+    /// Those of the device; the first cycle in which its outputs are not the simulator's.
+    pub fn record(&self, device: &mut dyn Evaluator, key: Key) -> Result<Vec<Recorded>, Error> {
+        let robots = self.world.robots();
+        let is_swarm = self.world.spec().robot.members().is_some();
+        let world = if is_swarm {
+            self.world.observed()?
+        } else {
+            self.world.clone()
+        };
+        let rollout = Rollout {
+            world: 0,
+            genes: &self.genome,
+            key,
+        };
+        let batch = Worlds::new(&[&world])?.batch(&[rollout], Some(TraceRequest { every: 1 }))?;
+        let mut outcome = device.evaluate(&batch, &Control::new())?;
+        let mut trace = outcome.traces.pop().unwrap_or_default();
+        let mut words = key.words;
+        if is_swarm {
+            trace = trace.by_robot(robots).swap_remove(self.robot as usize);
+            // As physics/members.wgsl gives each robot its key.
+            let [first, second, ..] = pcg4d([words[0], words[1], 0, 0xff00 + self.robot]);
+            words = [first, second];
+        }
+        self.compared(&world, &trace, words, key.trial)
+    }
+
+    /// The cycles of a trace.
+    fn compared(&self, world: &World, trace: &Trace, key: [u32; 2], trial: u32) -> Result<Vec<Recorded>, Error> {
+        let details = world.details().iter().enumerate();
+        let of_readings = details.filter(|(_, detail)| detail.kind == DetailKind::Perceived);
+        let places: Vec<usize> = of_readings.map(|(place, _)| place).collect();
+        let mut after = self.reset(key, trial);
+        let mut cycles = Vec::with_capacity(trace.len());
+        for (record, details) in trace.lines() {
+            let before = after.clone();
+            let readings: Vec<f32> = places.iter().map(|place| f32::from_bits(details[*place])).collect();
+            let outputs = self.step(&mut after, &readings)?;
+            if outputs.map(f32::to_bits) != [record.left, record.right].map(f32::to_bits) {
+                let problem = format!(
+                    "gives {outputs:?} in cycle {} where its simulator has {:?}; please report it",
+                    before.cycle(),
+                    [record.left, record.right]
+                );
+                return Err(Invalid::new("controller", problem).into());
+            }
+            cycles.push(Recorded {
+                before,
+                readings,
+                outputs,
+                after: after.clone(),
+            });
+        }
+        Ok(cycles)
+    }
+}
+
+/// The tables that any of them has.
+fn joined<const N: usize>(all: [Vec<Table>; N]) -> Vec<Table> {
+    let mut joined = vec![Table::default(); all[0].len()];
+    for (at, table) in all.into_iter().flat_map(|tables| tables.into_iter().enumerate()) {
+        if !table.words.is_empty() {
+            joined[at] = table;
+        }
+    }
+    joined
+}
+
+/// The world of a robot whose wheels do at once and exactly what outputs command.
+fn at_once(world: &World) -> Result<World, Invalid> {
+    let spec = world.spec();
+    let build = match &spec.robot.build {
+        Build::Differential(robot) => Build::Differential(Differential {
+            acceleration: None,
+            latency: None,
+            wheel_noise: None,
+            wheel_noise_law: None,
+            ..robot.clone()
+        }),
+        other => other.clone(),
+    };
+    World::new(WorldSpec {
+        robot: Robot {
+            build,
+            ..spec.robot.clone()
+        },
+        surrogate: None,
+        noise: Noise::NONE,
+        ..spec.clone()
+    })
+}
+
+/// What a world's robot reads.
+fn inputs(spec: &WorldSpec) -> Vec<Input> {
+    let of_kinds = spec.robot.described_sensors().iter().map(|sensor| Input {
+        name: sensor.name.clone(),
+        about: format!("0 to 1: {}", sensor.kind.entry().about),
+    });
+    let mut inputs: Vec<Input> = match &spec.robot.build {
+        Build::Sampled => {
+            let activation = |name: &&str| Input {
+                name: (*name).to_owned(),
+                about: "0 to 1: activation of the sensor of proximity in this direction, degrees from straight ahead"
+                    .to_owned(),
+            };
+            SENSOR_NAMES.iter().map(activation).collect()
+        }
+        _ => of_kinds.collect(),
+    };
+    let known: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
+    let others = spec.readings().into_iter().filter(|name| !known.contains(name));
+    let of_user = spec.own.readings();
+    let other = |name: String| Input {
+        about: if of_user.contains(&name) {
+            "-1000 to 1000: reading of the experiment's custom sensors".to_owned()
+        } else {
+            "0 to 1 unless the page on reference models says otherwise: reading of the robot's model".to_owned()
+        },
+        name,
+    };
+    inputs.extend(others.map(other));
+    inputs
+}
+
+/// Speed of a wheel that is commanded at 1, mm/s.
+fn full_speed(robot: &Robot) -> Option<f32> {
+    match &robot.build {
+        Build::Sampled => robot.motors.full_speed(),
+        Build::Differential(described) if described.sampled_motors => robot.motors.full_speed(),
+        Build::Differential(described) => described.greatest_speed,
+        Build::Forager(_) => None,
+    }
+}
+
+fn run(program: &Program, tables: &[Table], exported: &mut [u32]) {
+    let mut memory = Memory { tables, exported };
+    // Loops of controllers are bounded, and values are set before they are used.
+    interpret::run(program, &mut memory, 0, 0, TURNS).expect("it ends");
+}
+
+/// The buffers that a controller's program reads, and that of its caller.
+struct Memory<'a> {
+    tables: &'a [Table],
+    exported: &'a mut [u32],
+}
+
+impl Memory<'_> {
+    fn is_exported(&self, buffer: u32) -> bool {
+        buffer as usize == self.tables.len() - 1
+    }
+}
+
+impl Buffers for Memory<'_> {
+    fn elements(&self, buffer: u32) -> u32 {
+        if self.is_exported(buffer) {
+            return 1;
+        }
+        let table = &self.tables[buffer as usize];
+        table.words.len() as u32 / table.stride
+    }
+
+    fn load(&self, buffer: u32, index: usize) -> u32 {
+        if self.is_exported(buffer) {
+            self.exported[index]
+        } else {
+            self.tables[buffer as usize].words[index]
+        }
+    }
+
+    fn store(&mut self, buffer: u32, index: usize, value: u32) {
+        debug_assert!(self.is_exported(buffer));
+        self.exported[index] = value;
+    }
+}

@@ -1,0 +1,152 @@
+//! A controller by itself, without sensors, arena and task: the kernel that is printed in other languages.
+
+use std::fmt::Write;
+
+use oneiro_shader_compiler as compiler;
+use oneiro_shader_compiler::Generic;
+use oneiro_shader_compiler::declarations::{declarations, members, renamed};
+use oneiro_shaders::Kernel;
+
+use super::fields::{self, Remembered};
+use super::kernel::{GENERATED, OF_ONEIRO, parts_of, shipped, with};
+use crate::parameter::Invalid;
+use crate::parts::compose::{OwnParts, Refused, Scalar};
+
+const ENTRY: &str = "exported.wgsl";
+const MEMORY: &str = "ControllerState";
+
+/// The words of `exported` before what the controller remembers, after which come the readings, the outputs and the wheels' speeds.
+pub(crate) const HEAD: [&str; 4] = ["key_0", "key_1", "trial", "cycle"];
+/// Its words after the readings.
+pub(crate) const TAIL: [&str; 4] = ["left", "right", "speed_left", "speed_right"];
+
+/// The speeds of a robot's wheels; those of sampled motors of which each state has one, the first word of its cell; and those of a forager,
+/// which controller/outputs.wgsl has.
+const OF_MOTION: &str = "fn exported_speeds(episode: Episode, outputs: vec2<f32>) -> vec2<f32> {
+    let moved = motion(episode, 0u, outputs, RobotState()).motion;
+    return vec2<f32>(moved.left, moved.right);
+}
+";
+const OF_STATES: &str = "fn exported_speeds(episode: Episode, outputs: vec2<f32>) -> vec2<f32> {
+    let left = tables[motor_state(episode.world, outputs.x)].x;
+    let right = tables[motor_state(episode.world, outputs.y)].x;
+    return vec2<f32>(bitcast<f32>(left), bitcast<f32>(right));
+}
+";
+const OF_OUTPUTS: &str = "fn exported_speeds(episode: Episode, outputs: vec2<f32>) -> vec2<f32> {
+    return 2.0f * outputs - vec2<f32>(1.0f, 1.0f);
+}
+";
+
+/// Such a kernel.
+pub(crate) struct Exported {
+    pub(crate) kernel: Generic,
+    /// The scalars that the controller remembers.
+    pub(crate) memory: Vec<(String, Scalar)>,
+}
+
+/// The controller of a kernel, which has a robot's readings in these fields; of a swarm, the one with this number. `has_states` is whether `tables` has the speed of each state
+/// of its motors.
+///
+/// # Errors
+/// A controller that can't stand by itself.
+pub(in crate::parts::compose) fn exported(
+    kernel: &Kernel,
+    own: &OwnParts,
+    fields: &[String],
+    robot: u32,
+    has_states: bool,
+) -> Result<Exported, Invalid> {
+    let mut parts = parts_of(kernel);
+    for part in &mut parts {
+        // One lane, so that genes lie next to each other.
+        part.text = part.text.replace("const LANES: u32 = 64u;", "const LANES: u32 = 1u;");
+    }
+    let memory: Vec<Remembered> = parts
+        .iter()
+        .find(|part| members(part, MEMORY).is_some())
+        .map_or_else(Vec::new, |part| fields::memory(part, MEMORY, &mut Vec::new()))
+        .into_iter()
+        .filter(|field| field.scalars != ["unused"])
+        .collect();
+    let is_of_swarm = parts.iter().any(|part| part.path == "lib/members.wgsl");
+    let items: Vec<_> = parts.iter().flat_map(declarations).collect();
+    let speeds = if has_states {
+        OF_STATES
+    } else if items.iter().any(|item| item.name == "motion") {
+        OF_MOTION
+    } else {
+        OF_OUTPUTS
+    };
+    let generated = compiler::Part {
+        path: GENERATED.to_owned(),
+        text: declared(&memory, &own.readings_in(fields), is_of_swarm.then_some(robot)) + speeds,
+    };
+    // Oneiro's names that gave way to a user's have another end.
+    let gave_way: Vec<_> = items
+        .iter()
+        .filter_map(|item| item.name.strip_suffix(OF_ONEIRO))
+        .collect();
+    let entry = [shipped(ENTRY), generated].map(|mut part| {
+        for name in &gave_way {
+            part.text = renamed(&part, name, &format!("{name}{OF_ONEIRO}"));
+        }
+        part
+    });
+    let parts = entry.into_iter().fold(parts, with);
+    let kernel = Generic::new(&parts).map_err(|refusals| {
+        Invalid::new(
+            "controller",
+            format!("can't stand by itself: {}", Refused::all(&refusals)),
+        )
+    })?;
+    let scalars = |field: Remembered| field.scalars.into_iter().map(move |name| (name, field.scalar));
+    Ok(Exported {
+        kernel,
+        memory: memory.into_iter().flat_map(scalars).collect(),
+    })
+}
+
+/// The struct of what the caller has, and the functions that read and write it.
+fn declared(memory: &[Remembered], readings: &[String], member: Option<u32>) -> String {
+    let [key_0, key_1, trial, _] = HEAD;
+    let mut fields = HEAD.map(|name| format!("    {name}: u32,\n")).concat();
+    let (mut loaded, mut kept) = (Vec::new(), String::new());
+    let mut count = 0;
+    for field in memory {
+        let mut words = Vec::new();
+        for name in &field.scalars {
+            let _ = writeln!(fields, "    m{count}: {},", field.scalar.wgsl());
+            let _ = writeln!(kept, "    exported.m{count} = memory.{name};");
+            words.push(format!("exported.m{count}"));
+            count += 1;
+        }
+        loaded.push(format!("{}({})", field.ty, words.join(", ")));
+    }
+    let mut given = String::new();
+    for (index, field) in readings.iter().enumerate() {
+        let _ = writeln!(fields, "    r{index}: f32,");
+        let _ = writeln!(given, "    readings.{field} = exported.r{index};");
+    }
+    fields += &TAIL.map(|name| format!("    {name}: f32,\n")).concat();
+    let of_swarm = member.map_or_else(String::new, |member| format!(", 0u, 0u, {member}u"));
+    format!(
+        "struct Exported {{
+{fields}}}
+@group(0) @binding(9) var<storage, read_write> exported: Exported;
+fn exported_episode() -> Episode {{
+    return Episode(0u, vec2<u32>(exported.{key_0}, exported.{key_1}), KEY_WORDS, exported.{trial}{of_swarm});
+}}
+fn exported_memory() -> {MEMORY} {{
+    return {MEMORY}({});
+}}
+fn keep_exported(memory: {MEMORY}) {{
+{kept}}}
+fn exported_readings() -> Readings {{
+    var readings = Readings();
+{given}    return readings;
+}}
+",
+        loaded.join(", ")
+    )
+}

@@ -1,0 +1,647 @@
+//! Controllers as C: all kinds have the simulator's bits in thousands of cycles, by every compiler and with every optimisation; what would
+//! change the bits doesn't compile, has no effect, or is found by the file itself.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Arc;
+use std::{env, fs, process};
+
+use oneiro::automode::Modules;
+use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
+use oneiro::cpu::Cpu;
+use oneiro::differential::{Build, Differential, Genomes};
+use oneiro::export::{Controller, Recorded, c};
+use oneiro::foraging::Forager;
+use oneiro::random::Key;
+use oneiro::world::{self, Noise, Robot, World, WorldSpec};
+
+use crate::skips::skipped;
+use crate::{described, lives, modules, network};
+
+/// Compilers, and how they are called: the last ones only in `tests/long.sh`.
+const COMPILERS: [(&str, &[&str]); 8] = [
+    ("gcc", &["-O0"]),
+    ("gcc", &["-O2", "-std=c99"]),
+    ("gcc", &["-O3"]),
+    ("clang", &["-O2"]),
+    // As C++.
+    ("g++", &["-O1", "-x", "c++"]),
+    ("clang", &["-O0", "-std=c99"]),
+    ("clang", &["-O1", "-std=c99"]),
+    ("clang", &["-O3"]),
+];
+const USUAL: usize = 5;
+const QUIET: [&str; 7] = [
+    "-Wall",
+    "-Wextra",
+    "-pedantic",
+    "-Wshadow",
+    "-Wmissing-declarations",
+    "-Wconversion",
+    "-Werror",
+];
+
+/// Uses all that a controller may ask for: values, random numbers, the trial, genes and elements at places that vary, and memory of
+/// all types, under names that C has taken.
+const CUSTOM: &str = "
+struct ControllerValues {
+    gain: f32, // 2, 0 to 10: factor of what it remembers
+}
+const CONTROLLER_GENES: u32 = 20u;
+struct ControllerState {
+    double: f32,
+    cycle: vec2<f32>,
+    count: u32,
+    side: vec3<i32>,
+}
+fn stored_twice(x: f32) -> f32 {
+    return 0.5f * (x + x);
+}
+fn controller_begin(episode: Episode) -> ControllerState {
+    return ControllerState(gene(episode, 3u), vec2<f32>(0.25f, 0.0f), trial(episode), vec3<i32>(1, -2, 3));
+}
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let values = controller_values(episode);
+    let drawn = random(episode, STREAM_CONTROLLER, step, 1u);
+    var last = array<f32, 4>(drawn.x, drawn.y, drawn.z, drawn.w);
+    last[before.count % 4u] = reading(readings, before.count % INPUTS);
+    var sum = before.double / (2.0 + abs(before.cycle.x));
+    for (var at = 0u; at < 20u; at++) {
+        if (last[at % 4u] < 0.1) {
+            continue;
+        }
+        sum += gene(episode, (at * 7u + before.count) % 20u) * last[(at + step) % 4u];
+        if (sum > 30.0) {
+            break;
+        }
+    }
+    let turned = sin(sum) * cos(values.gain) + sqrt(abs(sum)) - floor(0.3 * sum);
+    let side = before.side.x * -3 + (before.side.y >> 1u) + i32(clamp(sum, -5.0, 5.0));
+    let outputs = vec2<f32>(logistic(stored_twice(turned)), logistic(values.gain - turned + f32(side % 8)));
+    return Command(outputs, ControllerState(
+        clamp(sum, -100.0, 100.0), vec2<f32>(turned, outputs.x), before.count * 1664525u + 1013904223u,
+        vec3<i32>(clamp(side, -1000, 1000), before.side.x, -before.side.z),
+    ));
+}
+";
+
+/// A robot of a swarm that knows its number.
+const NUMBERED: &str = "
+const CONTROLLER_GENES: u32 = 2u;
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let own = f32(robot_number(episode)) * gene(episode, 0u);
+    return Command(vec2<f32>(logistic(own), logistic(reading(readings, 0u) * gene(episode, 1u))), before);
+}
+";
+
+struct Subject {
+    name: String,
+    controller: Controller,
+    cycles: Vec<Recorded>,
+}
+
+fn custom(text: &str) -> OwnParts {
+    let part = Part::new(Kind::Controller, "own.wgsl", text).unwrap();
+    OwnParts::from([OwnPart::new(Arc::new(part), &[]).unwrap()])
+}
+
+fn forager() -> WorldSpec {
+    WorldSpec {
+        controller: world::Controller::Recurrent,
+        cycles: 300,
+        ..WorldSpec::foraging(Forager::ODOWD2014)
+    }
+}
+
+/// Worlds with all kinds of controllers, and the robots whose controllers are taken.
+fn worlds() -> Vec<(String, World, u32)> {
+    let sampled = |controller: world::Controller| {
+        lives::world(400, |spec| {
+            spec.controller = controller.clone();
+            spec.noise = Noise::SENSOR;
+        })
+    };
+    let of = |spec: WorldSpec| World::new(spec).unwrap();
+    let described = |controller| {
+        of(WorldSpec {
+            robot: Robot {
+                build: Build::Differential(Differential {
+                    acceleration: Some(500.0),
+                    ..described::robot()
+                }),
+                ..Robot::khepera()
+            },
+            arena: described::arena(),
+            controller,
+            cycles: 400,
+            ..WorldSpec::miglino1995()
+        })
+    };
+    let own = lives::world(400, |spec| {
+        spec.controller = world::Controller::Own;
+        spec.own = custom(CUSTOM);
+    });
+    let teams = |controller| {
+        let mut spec = modules::spec(controller, 6);
+        if let Build::Differential(robot) = &mut spec.robot.build {
+            robot.genomes = Genomes::Heterogeneous;
+        }
+        of(spec)
+    };
+    let numbered = {
+        let mut spec = modules::spec(world::Controller::Own, 5);
+        spec.own = custom(NUMBERED);
+        of(spec)
+    };
+    let machine = world::Controller::StateMachine(Modules::DEFAULT);
+    let tree = world::Controller::BehaviourTree(Modules::DEFAULT);
+    let mut worlds = vec![
+        ("perceptron".to_owned(), sampled(world::Controller::Perceptron), 0),
+        ("hidden".to_owned(), sampled(world::Controller::Hidden { units: 6 }), 0),
+        ("recurrent".to_owned(), sampled(world::Controller::Recurrent), 0),
+        ("described".to_owned(), described(world::Controller::Recurrent), 0),
+        ("own".to_owned(), own, 0),
+        ("forager".to_owned(), of(forager()), 0),
+        ("numbered".to_owned(), numbered, 4),
+        ("machine".to_owned(), of(modules::spec(machine.clone(), 4)), 2),
+        ("team_machine".to_owned(), teams(machine), 5),
+        ("tree".to_owned(), of(modules::spec(tree.clone(), 4)), 3),
+        ("team_tree".to_owned(), teams(tree), 1),
+    ];
+    for (number, network) in network::networks().into_iter().enumerate() {
+        let network = world::Controller::Network(network);
+        worlds.push((format!("network_{number}"), sampled(network), 0));
+    }
+    worlds
+}
+
+/// Controllers with random genes, and the cycles of several episodes of each.
+fn subjects() -> Vec<Subject> {
+    let mut cpu = Cpu::new(Some(2)).unwrap();
+    let subject = |(name, world, robot): (String, World, u32)| {
+        let genome = modules::genome(&world, name.len() as u32);
+        let controller = Controller::new(&world, &genome, robot).unwrap_or_else(|invalid| panic!("{name}: {invalid}"));
+        let mut episode = |trial| controller.record(&mut cpu, Key::rollout(3, 0, 0, trial));
+        let episodes = (0..3).map(|trial| episode(trial).unwrap_or_else(|error| panic!("{name}: {error}")));
+        let cycles = episodes.flatten().collect();
+        Subject {
+            name,
+            controller,
+            cycles,
+        }
+    };
+    worlds().into_iter().map(subject).collect()
+}
+
+/// A folder that is removed in the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = env::temp_dir().join(format!("oneiro-export-{name}-{}", process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn is_there(compiler: &str) -> bool {
+    let is_there = Command::new(compiler).arg("--version").output().is_ok();
+    if !is_there {
+        skipped("compilers", &format!("controllers as C by {compiler}"));
+    }
+    is_there
+}
+
+fn compile(folder: &Path, compiler: &str, options: &[&str], files: &[String]) -> Output {
+    let mut command = Command::new(compiler);
+    command.args(options).args(files).current_dir(folder).output().unwrap()
+}
+
+/// Numbers of the first cycles that differ, by controller; 0 where none does.
+fn checked(folder: &Path, compiler: &str, options: &[&str], names: &[&str]) -> Vec<u32> {
+    let mut main = "#include <stdio.h>\n".to_owned();
+    for name in names {
+        let _ = writeln!(main, "int {name}_check(void);");
+    }
+    main += "int main(void)\n{\n";
+    for name in names {
+        let _ = writeln!(main, "    printf(\"%d\\n\", {name}_check());");
+    }
+    main += "    return 0;\n}\n";
+    fs::write(folder.join("main.c"), main).unwrap();
+    let files: Vec<_> = ["main"].iter().chain(names).map(|name| format!("{name}.c")).collect();
+    let compiled = compile(
+        folder,
+        compiler,
+        &[&QUIET[..], options, &["-o", "checks"]].concat(),
+        &files,
+    );
+    let messages = String::from_utf8_lossy(&compiled.stderr);
+    assert!(compiled.status.success(), "{compiler} {options:?}: {messages}");
+    let output = Command::new(folder.join("checks")).output().unwrap();
+    assert!(output.status.success(), "{compiler} {options:?}: {}", output.status);
+    let lines = String::from_utf8(output.stdout).unwrap();
+    lines.lines().map(|line| line.parse().unwrap()).collect()
+}
+
+fn write(folder: &Path, subject: &Subject, cycles: usize) {
+    let origin = ["a test /* of */ comments".to_owned()];
+    let text = c(&subject.controller, &subject.name, &origin, &subject.cycles[..cycles]);
+    fs::write(folder.join(format!("{}.c", subject.name)), text).unwrap();
+}
+
+#[test]
+fn all_kinds_of_controllers_have_the_simulators_bits_in_c() {
+    let subjects = subjects();
+    let cycles: usize = subjects.iter().map(|subject| subject.cycles.len()).sum();
+    let folder = Folder::new("kinds");
+    for subject in &subjects {
+        assert!(subject.cycles.len() > 100, "{}", subject.name);
+        write(&folder.0, subject, subject.cycles.len());
+    }
+    let names: Vec<_> = subjects.iter().map(|subject| subject.name.as_str()).collect();
+    let tried = if env::var_os("ONEIRO_LONG").is_some() {
+        COMPILERS.len()
+    } else {
+        USUAL
+    };
+    for (compiler, options) in &COMPILERS[..tried] {
+        if is_there(compiler) {
+            let differing = checked(&folder.0, compiler, options, &names);
+            assert_eq!(differing, vec![0; names.len()], "{compiler} {options:?} of {names:?}");
+        }
+    }
+    println!("{} controllers, {cycles} cycles", names.len());
+    assert!(cycles > 10_000);
+}
+
+/// A controller whose bits any fused product changes.
+fn network_subject() -> Subject {
+    let all = subjects();
+    all.into_iter().find(|subject| subject.name == "network_2").unwrap()
+}
+
+#[test]
+fn other_arithmetic_does_not_compile() {
+    let folder = Folder::new("flags");
+    let subject = network_subject();
+    write(&folder.0, &subject, 1);
+    let file = [format!("{}.c", subject.name)];
+    let fast: [(&str, &[&str]); 7] = [
+        ("gcc", &["-ffast-math"]),
+        ("gcc", &["-Ofast"]),
+        ("gcc", &["-funsafe-math-optimizations"]),
+        ("gcc", &["-ffinite-math-only"]),
+        ("clang", &["-ffast-math"]),
+        ("clang", &["-Ofast"]),
+        ("clang", &["-ffinite-math-only"]),
+    ];
+    let refused = |compiler: &str, options: &[&str], reason: &str| {
+        let compiled = compile(&folder.0, compiler, &[options, &["-c"]].concat(), &file);
+        let messages = String::from_utf8_lossy(&compiled.stderr);
+        assert!(
+            !compiled.status.success() && messages.contains(reason),
+            "{compiler} {options:?}: {messages}"
+        );
+    };
+    for (compiler, options) in fast {
+        if is_there(compiler) {
+            refused(compiler, options, "fast-math changes the bits");
+        }
+    }
+    if cfg!(target_arch = "x86_64") && is_there("gcc") {
+        refused("gcc", &["-mfpmath=387"], "FLT_EVAL_METHOD 0");
+    }
+}
+
+#[test]
+fn fused_products_are_prevented_or_found() {
+    #[cfg(target_arch = "x86_64")]
+    if !std::arch::is_x86_feature_detected!("fma") {
+        skipped("fma", "controllers as C with fused products");
+        return;
+    }
+    let options: &[&str] = if cfg!(target_arch = "x86_64") {
+        &["-O2", "-ffp-contract=fast", "-mfma"]
+    } else {
+        &["-O2", "-ffp-contract=fast"]
+    };
+    let folder = Folder::new("fused");
+    let subject = network_subject();
+    let names = [subject.name.as_str()];
+    write(&folder.0, &subject, 16);
+    if is_there("gcc") {
+        assert_eq!(checked(&folder.0, "gcc", options, &names), [0]);
+        // Without the file's own words to the compiler, they are found.
+        let path = folder.0.join(format!("{}.c", subject.name));
+        let text = fs::read_to_string(&path).unwrap();
+        let pragma = "#pragma GCC optimize (\"fp-contract=off\")";
+        assert!(text.contains(pragma));
+        fs::write(&path, text.replace(pragma, "")).unwrap();
+        assert_ne!(checked(&folder.0, "gcc", options, &names), [0]);
+        fs::write(&path, text).unwrap();
+    }
+    if is_there("clang") {
+        // Its option goes before the file's words.
+        assert_ne!(checked(&folder.0, "clang", options, &names), [0]);
+        let by_default: Vec<_> = options
+            .iter()
+            .copied()
+            .filter(|option| !option.contains("contract"))
+            .collect();
+        assert_eq!(checked(&folder.0, "clang", &by_default, &names), [0]);
+    }
+}
+
+/// A cycle, an output, and what is remembered: one bit of each is found, in its cycle.
+#[test]
+fn a_file_finds_what_differs() {
+    if !is_there("gcc") {
+        return;
+    }
+    let folder = Folder::new("differs");
+    let mut subject = network_subject();
+    let names = [subject.name.clone()];
+    let names = names.each_ref().map(String::as_str);
+    let found = |subject: &Subject| {
+        write(&folder.0, subject, 16);
+        checked(&folder.0, "gcc", &["-O1"], &names)
+    };
+    assert_eq!(found(&subject), [0]);
+    let output = &mut subject.cycles[11].outputs[1];
+    *output = output.next_up();
+    assert_eq!(found(&subject), [12]);
+    subject.cycles[3].after = subject.cycles[0].before.clone();
+    assert_eq!(found(&subject), [4]);
+}
+
+#[test]
+fn what_needs_its_simulator_is_refused() {
+    let world = lives::world(100, |_| {});
+    let refused = |world: &World, genes: &[f32], robot| Controller::new(world, genes, robot).unwrap_err().to_string();
+    assert_eq!(refused(&world, &[0.0; 17], 0), "genes: are 17; allowed: 18");
+    let mut genes = [0.0; 18];
+    genes[4] = f32::NAN;
+    assert_eq!(
+        refused(&world, &genes, 0),
+        "genes[4]: is NaN; allowed: up to 1000000 either way"
+    );
+    assert_eq!(refused(&world, &[0.0; 18], 1), "robot: is 1; allowed: 0 to 0");
+    let study = World::new(WorldSpec::foraging(Forager::ODOWD2014)).unwrap();
+    let genes = vec![0.5; study.genes()];
+    assert!(refused(&study, &genes, 0).starts_with("controller.kind: is `behaviours`"));
+    let others = {
+        let mut spec = modules::spec(world::Controller::Own, 3);
+        spec.own = custom(
+            "const CONTROLLER_GENES: u32 = 1u;
+            fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+                return Command(vec2<f32>(0.001f * robot_pose(episode, 1u).x, 0.5f), before);
+            }",
+        );
+        World::new(spec).unwrap()
+    };
+    let problem = refused(&others, &[0.0], 0);
+    assert!(
+        problem.starts_with("controller: asks for what only its simulator has (`state`)"),
+        "{problem}"
+    );
+    let seer = lives::world(100, |spec| {
+        spec.controller = world::Controller::Own;
+        spec.own = custom(
+            "const CONTROLLER_GENES: u32 = 1u;
+            fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+                return Command(vec2<f32>(reading(readings, 0u), 0.5f), before);
+            }",
+        );
+    });
+    let controller = Controller::new(&seer, &[0.0], 0).unwrap();
+    let mut state = controller.reset([0; 2], 0);
+    assert_eq!(controller.step(&mut state, &[0.25; 8]).unwrap(), [0.25, 0.5]);
+    let problem = |readings: &[f32]| controller.step(&mut state.clone(), readings).unwrap_err().to_string();
+    assert_eq!(problem(&[0.0; 7]), "readings: are 7; allowed: 8");
+    let infinite = [0.0, f32::INFINITY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(
+        problem(&infinite),
+        "readings[1]: is inf; allowed: up to 1000000 either way"
+    );
+    assert_eq!(
+        controller.wheels([0.5, 1.5]).unwrap_err().to_string(),
+        "outputs: has 1.5; allowed: 0 to 1"
+    );
+}
+
+/// A microcontroller: how files are compiled for it, and how its program is run.
+struct Chip {
+    name: &'static str,
+    compile: &'static [&'static str],
+    run: &'static [&'static str],
+    /// Cycles for which there is room.
+    cycles: usize,
+}
+
+const CORTEX: [&str; 6] = [
+    "-mthumb",
+    "-Os",
+    "-nostartfiles",
+    "--specs=nosys.specs",
+    "-T",
+    "cortex.ld",
+];
+const QEMU: [&str; 7] = [
+    "-nographic",
+    "-monitor",
+    "none",
+    "-serial",
+    "none",
+    "-semihosting",
+    "-kernel",
+];
+
+const CHIPS: [Chip; 5] = [
+    Chip {
+        name: "Cortex-M0",
+        compile: &["arm-none-eabi-gcc", "-mcpu=cortex-m0", "cortex.c"],
+        run: &["qemu-system-arm", "-M", "microbit"],
+        cycles: 300,
+    },
+    Chip {
+        name: "Cortex-M3",
+        compile: &["arm-none-eabi-gcc", "-mcpu=cortex-m3", "cortex.c"],
+        run: &["qemu-system-arm", "-M", "mps2-an385"],
+        cycles: 300,
+    },
+    Chip {
+        name: "Cortex-M4F",
+        compile: &[
+            "arm-none-eabi-gcc",
+            "-mcpu=cortex-m4",
+            "-mfpu=fpv4-sp-d16",
+            "-mfloat-abi=hard",
+            "cortex.c",
+        ],
+        run: &["qemu-system-arm", "-M", "mps2-an386"],
+        cycles: 300,
+    },
+    Chip {
+        name: "Cortex-M7",
+        compile: &[
+            "arm-none-eabi-gcc",
+            "-mcpu=cortex-m7",
+            "-mfpu=fpv5-sp-d16",
+            "-mfloat-abi=hard",
+            "cortex.c",
+        ],
+        run: &["qemu-system-arm", "-M", "mps2-an500"],
+        cycles: 300,
+    },
+    Chip {
+        name: "ATmega328P",
+        compile: &["avr-gcc", "-mmcu=atmega328p", "-Os", "avr.c"],
+        run: &["simavr", "-m", "atmega328p", "-f", "16000000"],
+        cycles: 8,
+    },
+];
+
+impl Chip {
+    fn is_cortex(&self) -> bool {
+        self.compile[0] == "arm-none-eabi-gcc"
+    }
+
+    /// What a controller's check returns.
+    fn check(&self, folder: &Path, name: &str) -> u32 {
+        let main =
+            format!("int {name}_check(void);\nint run(void);\nint run(void)\n{{\n    return {name}_check();\n}}\n");
+        fs::write(folder.join("run.c"), main).unwrap();
+        let [compiler, options @ ..] = self.compile else {
+            unreachable!()
+        };
+        let of_cortex: &[&str] = if self.is_cortex() { &CORTEX } else { &[] };
+        let options = [options, of_cortex, &["-o", "program"]].concat();
+        let compiled = compile(folder, compiler, &options, &["run.c".to_owned(), format!("{name}.c")]);
+        let messages = String::from_utf8_lossy(&compiled.stderr);
+        assert!(compiled.status.success(), "{}: {messages}", self.name);
+        let [program, arguments @ ..] = self.run else {
+            unreachable!()
+        };
+        let of_qemu: &[&str] = if self.is_cortex() { &QEMU } else { &[] };
+        let mut command = Command::new(program);
+        let output = command
+            .args(arguments)
+            .args(of_qemu)
+            .arg("program")
+            .current_dir(folder)
+            .output()
+            .unwrap();
+        if self.is_cortex() {
+            return output.status.code().unwrap() as u32;
+        }
+        // simavr shows what the program writes to its serial port, in a colour.
+        let shown = [output.stdout, output.stderr].concat();
+        let shown = String::from_utf8_lossy(&shown).into_owned();
+        let line = shown
+            .lines()
+            .rev()
+            .find_map(|line| line.rsplit_once("[32m")?.1.split('.').next()?.parse().ok());
+        line.unwrap_or_else(|| panic!("{}: {shown}", self.name))
+    }
+}
+
+#[test]
+fn microcontrollers_have_the_simulators_bits() {
+    let subjects = subjects();
+    let folder = Folder::new("chips");
+    for (file, text) in [
+        ("cortex.c", include_str!("../microcontrollers/cortex.c")),
+        ("cortex.ld", include_str!("../microcontrollers/cortex.ld")),
+        ("avr.c", include_str!("../microcontrollers/avr.c")),
+    ] {
+        fs::write(folder.0.join(file), text).unwrap();
+    }
+    let (mut fused, mut is_missing) = (0, false);
+    for chip in &CHIPS {
+        let tools = [chip.compile[0], chip.run[0]];
+        if let Some(missing) = tools
+            .iter()
+            .find(|tool| Command::new(tool).arg("--version").output().is_err())
+        {
+            skipped(
+                "microcontrollers",
+                &format!("controllers as C on a {}, for want of {missing}", chip.name),
+            );
+            is_missing = true;
+            continue;
+        }
+        for name in ["perceptron", "network_4", "machine"] {
+            let subject = subjects.iter().find(|subject| subject.name == name).unwrap();
+            write(&folder.0, subject, chip.cycles.min(subject.cycles.len()));
+            assert_eq!(chip.check(&folder.0, name), 0, "{name} on a {}", chip.name);
+            // By default GCC fuses products where it can.
+            let path = folder.0.join(format!("{name}.c"));
+            let text = fs::read_to_string(&path).unwrap();
+            fs::write(&path, text.replace("#pragma GCC optimize", "#pragma message")).unwrap();
+            fused += u32::from(chip.check(&folder.0, name) != 0);
+        }
+    }
+    println!("{fused} have other bits without the file's words to the compiler");
+    assert!(fused > 0 || is_missing);
+}
+
+/// The wheels of robots without noise do what the simulator's do.
+#[test]
+fn wheels_are_the_simulators() {
+    let described = |speeds| {
+        World::new(WorldSpec {
+            robot: Robot {
+                build: Build::Differential(Differential {
+                    speeds,
+                    ..described::robot()
+                }),
+                ..Robot::khepera()
+            },
+            arena: described::arena(),
+            cycles: 300,
+            ..WorldSpec::miglino1995()
+        })
+        .unwrap()
+    };
+    let mut swarm = modules::spec(world::Controller::Recurrent, 3);
+    if let Build::Differential(robot) = &mut swarm.robot.build {
+        robot.wheel_noise = None;
+    }
+    let swarm = World::new(swarm).unwrap();
+    let worlds = [lives::world(300, |_| {}), described(0), described(7), swarm];
+    for (number, world) in worlds.iter().enumerate() {
+        let genome = lives::genes(number, world.genes());
+        let controller = Controller::new(world, &genome, 0).unwrap();
+        let batch = modules::batch(world, &[genome], 1);
+        let outcome = modules::evaluated(&mut Cpu::new(Some(1)).unwrap(), &batch);
+        let mut seen = BTreeSet::new();
+        for record in &outcome.traces[0] {
+            let speeds = controller
+                .wheels([record.left, record.right])
+                .unwrap()
+                .map(f32::to_bits);
+            assert_eq!(
+                speeds,
+                [record.speed_left, record.speed_right].map(f32::to_bits),
+                "world {number}"
+            );
+            seen.insert(speeds);
+        }
+        assert!(seen.len() > 3, "world {number}: {seen:?}");
+    }
+    // A sampled robot's speeds are those of its motors' states.
+    let sampled = Controller::new(&worlds[0], &lives::genes(0, 18), 0).unwrap();
+    assert_eq!(
+        [sampled.wheels([0.0, 1.0]).unwrap(), sampled.wheels([1.0, 0.0]).unwrap()],
+        [[-1.0, 1.0], [1.0, -1.0]]
+    );
+}
