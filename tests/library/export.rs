@@ -615,6 +615,7 @@ fn wheels_are_the_simulators() {
     let mut swarm = modules::spec(world::Controller::Recurrent, 3);
     if let Build::Differential(robot) = &mut swarm.robot.build {
         robot.wheel_noise = None;
+        robot.wheel_noise_law = None;
     }
     let swarm = World::new(swarm).unwrap();
     let worlds = [lives::world(300, |_| {}), described(0), described(7), swarm];
