@@ -14,8 +14,9 @@ const STUDIES: [&str; 2] = ["claims.toml", "study.toml"];
 /// populations and the foraging study are among them.
 const EVERY: usize = 10;
 const FIRST: usize = 4;
-/// Runs in the first batches, of which some have unequal worlds.
-const JOBS: &str = "24";
+/// Seconds for the first generations, and runs in the first batches, of which some have unequal worlds. Sweeps of surrogates have a world for each
+/// run, and code for each world takes seconds: with fewer runs, the first generation comes sooner.
+const ATTEMPTS: [(u32, &str); 4] = [(3, "24"), (10, "24"), (30, "24"), (256, "2")];
 /// Its batches have worlds of 2 to 40 robots.
 const UNEQUAL: &str = "odowd2014-density.toml";
 const ALWAYS: [&str; 2] = [UNEQUAL, "predator-prey.toml"];
@@ -42,7 +43,7 @@ fn files() -> Vec<PathBuf> {
 
 /// Lets a sweep run until its first generations have been compared. Returns how many were.
 fn compared(place: &Place, sweep: &str, out: &str) -> u64 {
-    for seconds in [3, 10, 30, 256] {
+    for (seconds, jobs) in ATTEMPTS {
         let budget = format!("{seconds}s");
         let ran = place.run(
             &[
@@ -54,7 +55,7 @@ fn compared(place: &Place, sweep: &str, out: &str) -> u64 {
                     out,
                     "--yes",
                     "--jobs",
-                    JOBS,
+                    jobs,
                     "--time-budget",
                     &budget,
                 ][..],
