@@ -606,7 +606,9 @@ impl Bench {
 }
 
 /// The first word of commands that are tested together.
-const RUNS: [&str; 7] = ["run", "resume", "sweep", "compare", "evaluate", "replay", "check"];
+const RUNS: [&str; 8] = [
+    "run", "resume", "sweep", "compare", "evaluate", "replay", "export", "check",
+];
 
 fn is_of_runs(command: &str) -> bool {
     RUNS.contains(&command.split(' ').next().unwrap())
