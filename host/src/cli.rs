@@ -35,9 +35,8 @@ pub(crate) use self::reproduce::{ALL_ARMS, Miglino1995, Odowd2014, Paper, Reprod
 /// The first line of the program's help.
 const ABOUT: &str = "Evolve robot controllers in simulation; the same seed gives the same bits on every device.";
 
-/// The last lines of the program's help.
-const FIRST: &str = "First: `oneiro new NAME`, then `oneiro run NAME.toml --seed 1`, then `oneiro replay RUN_DIR`.
-Each command has --help.";
+/// The last line of the program's help.
+const FIRST: &str = "First: `oneiro new NAME`, then `oneiro run NAME.toml --seed 1`. Each command has --help.";
 
 /// The program's name.
 const PROGRAM: &str = "oneiro";
@@ -562,7 +561,7 @@ pub(crate) struct Adopt {
     /// The experiment's TOML file; its optimiser is not used
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// .npy (f4 or f8, rows x genes), .csv (a genome per row), .json or AutoMoDe's .txt, or a run's directory (its champion)
+    /// .npy (f4 or f8, rows x genes), .csv (a genome per row), .json or .txt of machines and trees, or a run's directory (its champion)
     #[arg(long, value_name = "FILE|DIR", value_hint = ValueHint::AnyPath)]
     pub(crate) genomes: PathBuf,
     /// Episodes of each genome; the best mean is the champion [default: 100]

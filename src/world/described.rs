@@ -7,8 +7,6 @@ use crate::parts::compose::Grids;
 use crate::world::arena::{self, Arena, Field, Light, Patch};
 use crate::world::body::Body;
 use crate::world::discs::Discs;
-#[cfg(feature = "compose")]
-use crate::world::near;
 use crate::world::picture;
 use crate::world::reference::{self, Model, Reference};
 use crate::world::sensors::{Around, Response, Sensor};
@@ -163,6 +161,8 @@ impl Choice for Contact {
 pub const GREATEST_MEMBERS: u32 = 1024;
 /// Most of them where each looks at all others: without the squares of `lib/neighbours.wgsl`, which reference models don't have.
 pub const GREATEST_SEEN_MEMBERS: u32 = 128;
+/// Cells of the head of a grid of what is near.
+pub(super) const GRID_HEAD: usize = 2;
 /// Added to distances between bodies, mm: more than any rounding.
 const MARGIN: f32 = 1.0;
 
@@ -454,7 +454,7 @@ impl Described {
     /// The kernel's cell of the noise of wheels.
     #[cfg(feature = "compose")]
     pub(crate) fn noise_cell(&self, arena: &Arena) -> usize {
-        self.patches_cell(arena) + if self.grids.patches { near::HEAD } else { 0 }
+        self.patches_cell(arena) + if self.grids.patches { GRID_HEAD } else { 0 }
     }
 
     /// The kernel's cell of a swarm.

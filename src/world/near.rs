@@ -7,6 +7,7 @@ use crate::exact::zero;
 use crate::parameter::Invalid;
 use crate::parts::compose::Grids;
 use crate::world::arena::{GREATEST_SEEN, Patch};
+use crate::world::described::GRID_HEAD;
 use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
@@ -16,8 +17,6 @@ const GREATEST_NEAR: usize = 512;
 const GREATEST_PATCHES_SEEN: usize = 64;
 /// The bit of a patch that charges, as `lib/patches.wgsl` has it.
 const CHARGES: u32 = 1 << 31;
-/// Cells of a grid's head.
-pub(super) const HEAD: usize = 2;
 /// Up to so many objects, looking at all costs less than the grid.
 const FEW: usize = 12;
 /// How much more an object of a list costs than one of all, measured.
@@ -225,14 +224,14 @@ impl Grid {
     /// The kernel's cells of the grid, with an entry for each index in a list.
     fn cells(&self, entry: impl Fn(u32) -> u32) -> Vec<[u32; 4]> {
         let heads = self.lists.len().div_ceil(2);
-        let first_list = (HEAD + heads) as f32;
+        let first_list = (GRID_HEAD + heads) as f32;
         let mut cells = vec![
             [self.low.x, self.low.y, 1.0 / self.side, first_list].map(|number| zero(number).to_bits()),
             [
                 self.columns as u32,
                 self.rows as u32,
                 self.longest() as u32,
-                HEAD as u32,
+                GRID_HEAD as u32,
             ],
         ];
         let mut first = 0;

@@ -13,7 +13,7 @@ use crate::parameter::Invalid;
 use crate::parts::compose::OwnParts;
 use crate::world::arena::Field;
 use crate::world::body::Collision;
-use crate::world::described::Drive;
+use crate::world::described::{Drive, GRID_HEAD};
 use crate::world::forager::Forager;
 use crate::world::given;
 use crate::world::near::{self, Grid, grid, squared_distance, touches};
@@ -128,11 +128,11 @@ impl Packed {
         let numbers = match physics {
             Physics::Described(described, surrogate) => {
                 let mut cells = described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes, greys);
-                if let Some((head, rest)) = self.patches.split_at_checked(near::HEAD) {
+                if let Some((head, rest)) = self.patches.split_at_checked(GRID_HEAD) {
                     let at = described.patches_cell(&spec.arena);
                     cells.splice(at..at, head.iter().copied());
                     cells.extend(&self.near);
-                    let apart = cells.len() - at - near::HEAD;
+                    let apart = cells.len() - at - GRID_HEAD;
                     near::set_apart(&mut cells[at..], apart);
                     cells.extend(rest);
                 } else {

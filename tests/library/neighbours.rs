@@ -148,7 +148,7 @@ fn bodies_that_are_far_away_change_nothing() {
         (outcome.fitness, words, moved, pushed)
     };
     for task in [Task::StayTogether, Task::BringPucks] {
-        let (all, near) = (lived(task.clone(), 0), lived(task.clone(), 5));
+        let (all, near) = (lived(task, 0), lived(task, 5));
         assert!(all.1 == near.1, "{task:?}");
         // Pucks that nobody brings count in the other task.
         assert!(

@@ -156,20 +156,6 @@ fn centroids(dimensions: usize, count: usize) -> Vec<f64> {
     centroids
 }
 
-/// Number of an archive's cells.
-pub(super) fn cells(settings: &Settings) -> u64 {
-    match settings.tables.archive.cells {
-        Kind::Grid => {
-            let cells = settings
-                .descriptors
-                .iter()
-                .map(|descriptor| u64::from(descriptor.cells));
-            cells.fold(1, u64::saturating_mul)
-        }
-        Kind::Centroidal => settings.tables.archive.centroids.into(),
-    }
-}
-
 /// Centroids of an archive's cells, one after the other, as fractions of the descriptors' ranges; `None`: cells are a grid.
 pub fn centroids_of(settings: &Settings) -> Option<Vec<f64>> {
     match Cells::new(settings) {

@@ -13,9 +13,9 @@ use rand::Rng;
 use rand::distr::Distribution;
 use serde::Serialize;
 
+use super::Population;
 use super::random::Uniform;
 pub use super::{Kind, Tables};
-use super::{Population, map_elites};
 pub use breeding::{Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Selection, SelectionKind};
 pub use budget::{Course, Episodes, MOST_GENERATIONS};
 pub(crate) use conditions::{Checked, Feature, Given, refused};
@@ -197,7 +197,7 @@ impl Settings {
         if self.is_coevolution() {
             u64::from(self.generations)
         } else if self.has_archive() {
-            map_elites::cells(self).min(self.evaluations())
+            (self.cells() as u64).min(self.evaluations())
         } else {
             0
         }

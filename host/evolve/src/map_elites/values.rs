@@ -116,7 +116,7 @@ impl Settings {
                 .descriptors
                 .iter()
                 .map(|descriptor| descriptor.cells as usize)
-                .product(),
+                .fold(1, usize::saturating_mul),
             Cells::Centroidal => centroids as usize,
         }
     }
