@@ -88,6 +88,15 @@ fn a_run_names_its_champion() {
     ]);
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!([&json["cycles"], &json["checked"], &json["genes"]], [60, 16, 18]);
+    // A program may include several, and have functions of its own.
+    place.write(
+        "both.c",
+        "#include \"small.c\"\n#include \"other.c\"\n\nstatic int truncated(int x)\n{\n    return x;\n}\n\n\
+         int main(void)\n{\n    return small_check() + truncated(other_check());\n}\n",
+    );
+    if compiled(&place, &["-Wall", "-Wextra", "-pedantic", "-Werror", "both.c"]) {
+        assert!(Command::new(place.at("program")).status().unwrap().success());
+    }
     assert_eq!(json["draws"], false);
 }
 

@@ -143,6 +143,25 @@ pub fn helpers(code: &str) -> String {
     all
 }
 
+/// Code with its helpers, whose names begin with `name` then: several files can be included in one.
+pub fn with_own_helpers(code: &str, name: &str) -> String {
+    let mut text = code.to_owned();
+    for (helper, _) in HELPERS {
+        let call = format!("{helper}(");
+        let mut pieces = text.split(&call);
+        let mut named = pieces.next().unwrap_or_default().to_owned();
+        for piece in pieces {
+            // Another name may end with the helper's.
+            if !named.ends_with(|last: char| last.is_alphanumeric() || last == '_') {
+                named = named + name + "_";
+            }
+            named = named + &call + piece;
+        }
+        text = named;
+    }
+    text
+}
+
 /// The name of a type.
 pub fn type_name(ty: Ty) -> &'static str {
     match ty {

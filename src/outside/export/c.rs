@@ -47,7 +47,7 @@ pub fn c(controller: &Controller, name: &str, origin: &[String], cycles: &[Recor
         }
     }
     let period = (1000.0 * PERIOD).round();
-    format!(
+    let text = format!(
         "{head}
 {preamble}
 {types}
@@ -79,7 +79,8 @@ void {name}_wheels(const float *outputs, float *speeds)
         full_speed(controller),
         unused(&cycle, "inputs"),
         unused(&wheels, "outputs"),
-    )
+    );
+    c::with_own_helpers(&text, name)
 }
 
 fn full_speed(controller: &Controller) -> String {
