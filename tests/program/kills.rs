@@ -257,7 +257,16 @@ impl Bench {
             .command
             .split(' ')
             .chain(case.more.split(' ').filter(|word| !word.is_empty()));
-        let evaluates = ["run", "resume", "sweep", "evaluate", "replay", "reproduce", "robot"];
+        let evaluates = [
+            "run",
+            "adopt",
+            "resume",
+            "sweep",
+            "evaluate",
+            "replay",
+            "reproduce",
+            "robot",
+        ];
         let first = case.command.split(' ').next().unwrap();
         let is_cpu = evaluates.contains(&first)
             && !["sweep merge", "sweep report"].contains(&case.command)
@@ -606,8 +615,8 @@ impl Bench {
 }
 
 /// The first word of commands that are tested together.
-const RUNS: [&str; 8] = [
-    "run", "resume", "sweep", "compare", "evaluate", "replay", "export", "check",
+const RUNS: [&str; 9] = [
+    "run", "adopt", "resume", "sweep", "compare", "evaluate", "replay", "export", "check",
 ];
 
 fn is_of_runs(command: &str) -> bool {
