@@ -383,7 +383,7 @@ pub(crate) enum Command {
     Check(Check),
     /// Evolve controllers from one seed or from many
     Run(Run),
-    /// Make a run of genomes that were evolved elsewhere
+    /// Make a run of genomes from elsewhere
     Adopt(Adopt),
     /// Finish a run that was stopped, or extend a run
     Resume(Resume),

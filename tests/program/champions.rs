@@ -107,7 +107,7 @@ fn genomes_of_others_become_a_run() {
         (adopted["lives"].as_u64(), adopted["individual"].as_u64()),
         (Some(20), Some(1))
     );
-    // What takes a run takes it.
+    // Other commands take it like any run.
     for command in ["verify", "replay", "resume"] {
         place.good(&[command, "adopted"]);
     }

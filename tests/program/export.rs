@@ -88,7 +88,7 @@ fn a_run_names_its_champion() {
     ]);
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!([&json["cycles"], &json["checked"], &json["genes"]], [60, 16, 18]);
-    // A program may include several, and have functions of its own.
+    // A program may include several, and have functions with the helpers' plain names.
     place.write(
         "both.c",
         "#include \"small.c\"\n#include \"other.c\"\n\nstatic int truncated(int x)\n{\n    return x;\n}\n\n\

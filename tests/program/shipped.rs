@@ -15,7 +15,7 @@ const STUDIES: [&str; 2] = ["claims.toml", "study.toml"];
 const EVERY: usize = 10;
 const FIRST: usize = 4;
 /// Seconds for the first generations, and runs in the first batches, of which some have unequal worlds. Sweeps of surrogates have a world for each
-/// run, and code for each world takes seconds: with fewer runs, the first generation comes sooner.
+/// run, and code for each world takes seconds: with fewer runs, the first generation comes earlier.
 const ATTEMPTS: [(u32, &str); 4] = [(3, "24"), (10, "24"), (30, "24"), (256, "2")];
 /// Its batches have worlds of 2 to 40 robots.
 const UNEQUAL: &str = "odowd2014-density.toml";

@@ -55,7 +55,7 @@ fn sweep(block: &mut Block, keep: &mut impl FnMut(&Statement) -> bool) {
     block.retain(|statement| keep(statement));
 }
 
-/// Gives each declaration a variable or array of its own. Those of a loop whose turns are written out, or of a function that was inlined
+/// Gives each declaration its variable or array. Those of a loop whose turns are written out, or of a function that was inlined
 /// several times, are one variable before.
 pub(crate) fn part_variables(program: &mut Program) {
     let mut body = std::mem::take(&mut program.body);

@@ -287,7 +287,7 @@ impl Program {
         uses
     }
 
-    /// Name of a value in code that is made of the program.
+    /// Name of a value in printed code.
     pub fn name(&self, value: Value) -> String {
         match &self.values[value.0 as usize].name {
             Some(name) => format!("{}_{}", name.to_lowercase(), value.0),
@@ -295,7 +295,7 @@ impl Program {
         }
     }
 
-    /// Name of a variable in code that is made of the program.
+    /// Name of a variable in printed code.
     pub fn variable_name(&self, variable: Variable) -> String {
         let name = &self.variables[variable.0 as usize].name;
         format!("{}_m{}", name.to_lowercase(), variable.0)

@@ -87,7 +87,7 @@ struct Search {
     from_square: u32,
     columns: u32,
     rows: u32,
-    // entries of this row that are left
+    // the next entry of this row, and where the row ends
     entry: u32,
     end: u32,
     // the body of this turn, if it has one

@@ -132,7 +132,7 @@ fn push_all(episode: Episode) {
     }
 }
 
-// Whether a body at a place and another one, where it wants to get to, overlap by more than OVERLAP.
+// Whether a body at a place and another one at MEMBER_GOAL overlap by more than OVERLAP.
 fn is_in_way(episode: Episode, of_robots: Apart, member: u32, at: vec2<f32>, other: u32) -> bool {
     let near_squared = apart_of(episode, of_robots, OVERLAP, member, other).near_squared;
     let beside = place_in(member_at(episode, other), MEMBER_GOAL);
@@ -150,8 +150,8 @@ fn is_pressed(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bo
     return pressed;
 }
 
-// Those in the way of the first `queued` bodies of the queue, which return to where they were, return too, and so do those in their
-// way. Each turn of the loop looks at one body, whether it is in the way of the one at the queue's head.
+// The first `queued` bodies of the queue return to where they were. Bodies in the way of one that returns are queued behind them, and
+// return too. Each turn of the loop looks at one body, whether it is in the way of the one at the queue's head.
 fn queue_those_in_way(episode: Episode, of_robots: Apart, queued: u32, reach: f32) {
     let count = body_count(episode.world);
     var head = 0u;

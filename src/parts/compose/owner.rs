@@ -13,7 +13,7 @@ pub(crate) struct Owner {
     pub(crate) fields: Vec<String>,
     /// The kind of its episodes.
     pub(crate) episodes: EpisodeKind,
-    /// What grids say about its world.
+    /// What its kernel looks up in grids.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
     pub(crate) grids: Grids,
     /// Whether its floor has a picture.
@@ -23,7 +23,7 @@ pub(crate) struct Owner {
     pub(crate) is_varied: bool,
 }
 
-/// What grids say about a world; kernels look at all of the rest.
+/// What a kernel looks up in grids; it looks at all of the rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Grids {
     /// Which objects are near a place.

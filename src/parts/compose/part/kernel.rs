@@ -24,7 +24,7 @@ use crate::parts::compose::{
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
 
-/// What the names of Oneiro's declarations end with where a user's have the same names.
+/// The end that names of Oneiro's declarations get where a user's part declares the same names.
 pub(super) const OF_ONEIRO: &str = "_of_oneiro";
 
 /// What users' parts may ask of the world and of the experiment.
