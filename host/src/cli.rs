@@ -635,7 +635,7 @@ pub(crate) struct Evaluate {
     /// Start an episode at each pose of this file (columns `x_mm`, `y_mm`, `heading_turns`)
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
-    /// The experiment's noise, or none (except in custom parts and in foragers' proximity)
+    /// The experiment's noise, or none (except in custom parts, foragers' proximity and reference models' messages)
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
     /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable

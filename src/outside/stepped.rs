@@ -98,8 +98,7 @@ impl Stepped {
             controller: Controller::Own,
             own: parts,
             // The sensors are also read after the last cycle.
-            cycles: spec.cycles + 1,
-            ..spec.clone()
+            ..spec.clone().seen_to_its_end()
         })?;
         let worlds = Worlds::new(std::slice::from_ref(&world))?;
         let details = world.details().iter().enumerate();

@@ -448,7 +448,16 @@ impl Arena {
         .called("octagon")
     }
 
-    /// The smallest rectangle around the field and all objects, in which robots start.
+    /// The rectangle in which robots may start: around the field and all walls, and without walls around all objects.
+    pub fn start_bounds(&self) -> Field {
+        if self.walls.is_empty() {
+            self.walled()
+        } else {
+            self.within_walls()
+        }
+    }
+
+    /// The smallest rectangle around the field and all objects.
     pub fn walled(&self) -> Field {
         let [low, high] = self.around();
         Field::between(low, high)

@@ -317,8 +317,8 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
         return Err(Invalid::new(key, format!("{problem}; {SINGLE}")));
     }
-    let (walled, pucks) = (spec.arena.walled(), physics.pucks());
-    let placed = |key: &str, places: &[[f32; 2]]| match places.iter().find(|[x, y]| !walled.contains(*x, *y)) {
+    let (bounds, pucks) = (spec.arena.start_bounds(), physics.pucks());
+    let placed = |key: &str, places: &[[f32; 2]]| match places.iter().find(|[x, y]| !bounds.contains(*x, *y)) {
         Some([x, y]) => {
             let problem = format!("has ({x}, {y}) mm, outside of the arena; allowed: places in it");
             Err(Invalid::new(key, problem))
@@ -600,7 +600,7 @@ fn polygon(arena: &Arena) -> Result<(), Invalid> {
 
 /// Checks that a start lies in the arena. Where a body is free is only known when its objects are packed.
 fn start(spec: &WorldSpec) -> Result<(), Invalid> {
-    let walled = spec.arena.walled();
+    let bounds = spec.arena.start_bounds();
     if let Start::Poses(poses) = &spec.start
         && !(1..=GREATEST_POSES).contains(&poses.0.len())
     {
@@ -610,8 +610,8 @@ fn start(spec: &WorldSpec) -> Result<(), Invalid> {
     let Start::At { x, y, .. } = spec.start else {
         return Area::of(&spec.start, &spec.arena).map(|_| ());
     };
-    number("start.x_mm", x, walled.x..=walled.x + walled.width)?;
-    number("start.y_mm", y, walled.y..=walled.y + walled.height)
+    number("start.x_mm", x, bounds.x..=bounds.x + bounds.width)?;
+    number("start.y_mm", y, bounds.y..=bounds.y + bounds.height)
 }
 
 fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {

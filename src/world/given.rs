@@ -4,17 +4,17 @@ use crate::exact::zero;
 use crate::world::arena::{self, Block, Light, Obstacle, Patch, Wall};
 use crate::world::spec::WorldSpec;
 
-/// Cells before those of the lists' elements: the body and the floor, the field, and a cell for each list.
+/// Cells before those of the lists' elements: the body, the floor and the episode, the field, and a cell for each list.
 const HEAD: usize = 2 + 5;
 /// Where the last cell says which cell of the tables has the first greys of a picture.
 pub(super) const GREYS: usize = 2;
 
-/// Cells for custom parts: the body's radius, the floor's grey, and where the head of the picture on it is; the field's corners; for
-/// each list the number of its elements, its first cell and the cells of an element; and the elements, of which an empty list has one
+/// Cells for custom parts: the body's radius, the floor's grey, where the head of the picture on it is, and the episode's cycles, which
+/// are exact as a float; the corners of the rectangle around the floor; for each list the number of its elements, its first cell and the cells of an element; and the elements, of which an empty list has one
 /// of zeros. The head comes last; [`GREYS`] is not in it yet.
 pub(super) fn cells(spec: &WorldSpec) -> impl Iterator<Item = [u32; 4]> {
     let arena = &spec.arena;
-    let field = arena.field;
+    let field = arena.within_walls();
     let lists: [(usize, Vec<[f32; 4]>); 5] = [
         (2, arena.lights.iter().flat_map(light).collect()),
         (2, arena.patches.iter().flat_map(patch).collect()),
@@ -23,7 +23,12 @@ pub(super) fn cells(spec: &WorldSpec) -> impl Iterator<Item = [u32; 4]> {
         (2, arena.blocks.iter().flat_map(block).collect()),
     ];
     let mut cells = vec![
-        [spec.robot.body_radius, arena.floor.unwrap_or(1.0), 0.0, 0.0],
+        [
+            spec.robot.body_radius,
+            arena.floor.unwrap_or(1.0),
+            0.0,
+            (spec.cycles - spec.cycles_after) as f32,
+        ],
         [field.x, field.y, field.x + field.width, field.y + field.height],
     ];
     let mut first = HEAD;

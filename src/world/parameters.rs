@@ -81,7 +81,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("robot.starts_mm", "mm", Text("pairs of numbers, x and y of each robot"), OURS,
             "Starts of a swarm's robots, each with a random heading; default: random places.", |spec, _| Some(&mut described(spec)?.starts)),
         row("robot.model", "", Any, OURS,
-            "Reference model of the e-puck, for swarms; its readings come after those of `sensors`: see docs/swarms.md; default: none.", |spec, _| Some(&mut described(spec)?.model)),
+            "Reference model of the e-puck, for swarms; its readings come after those of `sensors`: see docs/reference-models.md; default: none.", |spec, _| Some(&mut described(spec)?.model)),
         row("robot.proximity_noise", "", Number(0.0, 1.0), ARGOS,
             "Maximum error of a reference model's proximity readings, uniform; readings are clipped to 0 to 1; default: 0.05.", |spec, _| Some(&mut described(spec)?.reference.proximity_noise)),
         row("robot.light_noise", "", Number(0.0, 1.0), ARGOS,

@@ -153,6 +153,22 @@ impl Reference {
         body_height: None,
     };
 
+    /// The same without errors of readings. Messages are lost as before.
+    #[must_use]
+    pub fn without_noise(&self) -> Self {
+        let exact = |given: Option<[f32; 2]>, [mean, _]: [f32; 2]| Some([given.map_or(mean, |[mean, _]| mean), 0.0]);
+        let [left, middle, right] = Self::GREY;
+        Self {
+            proximity_noise: Some(0.0),
+            light_noise: Some(0.0),
+            ground_noise: Some(0.0),
+            grey_left: exact(self.grey_left, left),
+            grey_middle: exact(self.grey_middle, middle),
+            grey_right: exact(self.grey_right, right),
+            ..self.clone()
+        }
+    }
+
     /// Cycles whose messages count for the attraction.
     #[cfg(feature = "compose")]
     pub(crate) fn cycles(&self) -> u32 {

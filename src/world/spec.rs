@@ -198,6 +198,8 @@ pub struct WorldSpec {
     pub varied: Varied,
     /// Length of an episode in cycles of 100 ms, 1 to 1,000,000.
     pub cycles: u32,
+    /// The last of these cycles that are not the episode's: its parts are told of the others alone. See [`WorldSpec::seen_to_its_end`].
+    pub cycles_after: u32,
 }
 
 impl WorldSpec {
@@ -216,6 +218,17 @@ impl WorldSpec {
             start: Start::Random,
             varied: Varied::default(),
             cycles: 500,
+            cycles_after: 0,
+        }
+    }
+
+    /// The same world with a cycle after the episode, whose beginning is how the episode ended. Fitness is that of the cycles before.
+    #[must_use]
+    pub fn seen_to_its_end(self) -> Self {
+        Self {
+            cycles: self.cycles + 1,
+            cycles_after: 1,
+            ..self
         }
     }
 

@@ -114,18 +114,18 @@ impl Area {
         };
         let area = zone.area(arena)?;
         let Field { x, y, width, height } = area.bounds();
-        let walled = arena.walled();
-        if walled.contains(x, y) && walled.contains(x + width, y + height) {
+        let bounds = arena.start_bounds();
+        if bounds.contains(x, y) && bounds.contains(x + width, y + height) {
             return Ok(area);
         }
         let problem = format!(
             "reaches from ({x}, {y}) to ({}, {}) mm; allowed: a zone within the arena, ({}, {}) to ({}, {}) mm",
             x + width,
             y + height,
-            walled.x,
-            walled.y,
-            walled.x + walled.width,
-            walled.y + walled.height,
+            bounds.x,
+            bounds.y,
+            bounds.x + bounds.width,
+            bounds.y + bounds.height,
         );
         Err(Invalid::new("start", problem))
     }

@@ -177,12 +177,12 @@ fn named(problem: &str) -> String {
 /// Fitness with measures or traces.
 fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, task: &Task) -> Result<Outcome> {
     let cycles = world.cycles();
-    let mut spec = world.spec().clone();
-    if !request.as_in_run {
-        // An episode ends where its next cycle would begin.
-        spec.cycles = spec.cycles.saturating_add(1).min(oneiro::stepped::GREATEST_CYCLES + 1);
-    }
-    let lived = [World::new(spec)?];
+    let spec = world.spec().clone();
+    let lived = [if request.as_in_run || cycles > oneiro::stepped::GREATEST_CYCLES {
+        world.clone()
+    } else {
+        World::new(spec.seen_to_its_end())?
+    }];
     let genomes = Population::new(world.genes(), request.genomes.to_vec());
     let lives = Lives {
         worlds: &lived,

@@ -66,9 +66,8 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         console.say(format!("warning: --noise off: {kept}"));
     }
     let watched = arguments.rows.measures || arguments.traces.is_some();
-    if watched {
-        // A life ends where its next cycle would begin.
-        spec.cycles = (cycles + 1).min(MOST_CYCLES);
+    if watched && cycles < MOST_CYCLES {
+        spec = spec.seen_to_its_end();
     }
     let which = if arguments.population {
         Which::LastGeneration
@@ -247,18 +246,28 @@ fn experiment_and_seed(arguments: &Evaluate, named: &[Named], scores: bool) -> R
 }
 
 /// Takes the noise out of a world, and names what keeps some.
-fn without_noise(spec: &mut WorldSpec) -> Option<&'static str> {
+fn without_noise(spec: &mut WorldSpec) -> Option<String> {
     spec.noise = world::Noise::NONE;
+    let mut kept = Vec::new();
     match &mut spec.robot.build {
         Build::Sampled => (),
-        Build::Differential(own) => own.wheel_noise = own.wheel_noise.map(|_| 0.0),
+        Build::Differential(own) => {
+            own.wheel_noise = own.wheel_noise.map(|_| 0.0);
+            if own.model.is_some() {
+                own.reference = own.reference.without_noise();
+                kept.push("robots still lose messages as robot.signal_loss says");
+            }
+        }
         Build::Forager(own) => {
             own.foraging.light_noise = 0.0;
             own.foraging.wheel_noise = 0.0;
-            return Some("a forager's proximity sensors keep their measured noise");
+            kept.push("a forager's proximity sensors keep their measured noise");
         }
     }
-    (!spec.own.is_empty()).then_some("custom parts keep the noise that they draw")
+    if !spec.own.is_empty() {
+        kept.push("custom parts keep the noise that they draw");
+    }
+    (!kept.is_empty()).then(|| kept.join("; "))
 }
 
 /// Writes the next lines of a life's trace.

@@ -55,7 +55,11 @@ fn table(runs: &[PathBuf], entries: &[Value], console: Console) -> String {
             if !is_named {
                 row.extend([text(&entry["name"]), text(&entry["seed"])]);
             }
-            let generations = format!("{}/{}", text(&entry["generation"]), text(&entry["generations"]));
+            // A race ends when its budget is spent, mostly before the most generations that it can have.
+            let generations = match &*text(&entry["state"]) {
+                "done" => text(&entry["generation"]),
+                _ => format!("{}/{}", text(&entry["generation"]), text(&entry["generations"])),
+            };
             let hash = text(&entry["result"]);
             row.extend([text(&entry["state"]), generations, text(&entry["best"])]);
             row.push(console.hash(&hash).to_owned());

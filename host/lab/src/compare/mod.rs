@@ -163,20 +163,24 @@ impl Plan {
             return Err(Failure::input("there are no conditions"));
         };
         let mut warnings = Vec::new();
-        let mut shares_task = true;
+        let mut of_tasks: BTreeMap<String, String> = BTreeMap::new();
         for other in others {
             let differences = first.experiment.task_differences(&other.experiment);
             if let Some(named) = differences.iter().find(|own| SCORE_NAME.contains(&own.key.as_str())) {
                 return Err(not_comparable(named, first, other));
             }
-            if let Some(difference) = differences.first().filter(|_| shares_task) {
-                shares_task = false;
-                warnings.push(format!(
-                    "tasks differ in {}: {}: so recorded scores are compared, each of the condition's task",
-                    more(difference, differences.len()),
-                    values(difference, first, other)
-                ));
+            for difference in differences {
+                let words = values(&difference, first, other);
+                of_tasks.entry(difference.key).or_insert(words);
             }
+        }
+        let shares_task = of_tasks.is_empty();
+        if !shares_task {
+            let all: Vec<_> = of_tasks.iter().map(|(key, words)| format!("{key}: {words}")).collect();
+            warnings.push(format!(
+                "tasks differ in {}: so recorded scores are compared, each of the condition's task",
+                all.join("; ")
+            ));
         }
         let score = match new {
             Some((episodes, seed)) if shares_task => Score::New { episodes, seed },
@@ -268,14 +272,6 @@ fn not_comparable(difference: &Difference, first: &Condition, other: &Condition)
         difference.key,
         values(difference, first, other)
     ))
-}
-
-/// A key, and how many more there are.
-fn more(difference: &Difference, all: usize) -> String {
-    match all {
-        0 | 1 => difference.key.clone(),
-        _ => format!("{} and {} more", difference.key, all - 1),
-    }
 }
 
 fn values(Difference { values: [one, two], .. }: &Difference, first: &Condition, other: &Condition) -> String {

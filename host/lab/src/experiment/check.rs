@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use oneiro::arena::{Arena, Field};
-use oneiro::differential::{Build, Feature, Sensor};
+use oneiro::differential::{Build, Differential, Feature, Sensor};
 use oneiro::parameter::Invalid;
 use oneiro::world::{Gene, World};
 use oneiro_base::console::counted;
@@ -129,6 +129,9 @@ pub(super) fn memory(settings: &Settings, genes: usize) -> Checked {
     invalid("evolution.population", problem)
 }
 
+/// Distance from the middle in radii of the body beyond which sensors, and wheels, are probably not meant to be: some are just outside.
+const BEYOND: f32 = 1.25;
+
 /// Keys of values of a world that are allowed but probably not intended, with the reason.
 pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)> {
     let spec = world.spec();
@@ -142,11 +145,27 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
     doubts.extend(outside(settings, world));
     let radius = spec.robot.body_radius;
     for (index, sensor) in spec.robot.described_sensors().iter().enumerate() {
-        if let Some(offset) = sensor.offset.filter(|offset| *offset > 2.0 * radius) {
+        if let Some(offset) = sensor.offset.filter(|offset| *offset > BEYOND * radius) {
             let problem = format!(
-                "is {offset}, which is far off the body of {radius} mm radius: beside a wall the sensor is beyond it"
+                "is {offset}, outside of the body of {radius} mm radius: beside a wall the sensor is beyond it"
             );
             doubts.push((format!("robot.sensors[{index}].offset_mm"), problem));
+        }
+    }
+    if let Some(Differential {
+        wheel_base: Some(base),
+        greatest_speed: Some(speed),
+        ..
+    }) = spec.robot.build.described()
+    {
+        if *base > 2.0 * BEYOND * radius {
+            let problem = format!("is {base}: the wheels are outside of the body of {radius} mm radius");
+            doubts.push(("robot.wheel_base_mm".to_owned(), problem));
+        }
+        let way = speed * f32::from(u16::try_from(spec.cycles).unwrap_or(u16::MAX)) / 10.0;
+        if way < radius {
+            let problem = format!("is {speed}: in an episode the robot drives at most {way} mm, less than its radius");
+            doubts.push(("robot.greatest_speed_mm_s".to_owned(), problem));
         }
     }
     let is_light = |sensor: &&Sensor| sensor.kind.entry().has(Feature::ReadsLights);

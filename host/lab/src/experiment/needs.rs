@@ -251,6 +251,12 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
         "with a sensor of the kind battery, or robot.battery_ends_life = true",
         &["robot.sensors", "robot.battery_ends_life"],
     ));
+    needs.push(Need::new(
+        &["noise.sensor"],
+        !own.sensors.is_empty(),
+        "with robot.sensors; a reference model has its own noise, robot.proximity_noise and others",
+        &["robot.sensors", "robot.model", "robot.preset"],
+    ));
     if own.model.is_some() {
         let brightness = (0..lights.len()).map(|index| format!("arena.lights[{index}].brightness"));
         needs.push(Need {

@@ -569,6 +569,19 @@ fn unparsed(message: &str, text: &str, at: usize) -> String {
         .next_back()
         .unwrap_or_default();
     let value = rest.split('#').next().unwrap_or_default().trim();
+    if let Some(number) = with_decimal_comma(line, rest) {
+        return format!("a number has a decimal point; write `{number}`");
+    }
+    let whole = format!("{line}{rest}");
+    if let Some(quote) = whole
+        .split('#')
+        .next()
+        .unwrap_or_default()
+        .chars()
+        .find(|c| "\u{201c}\u{201d}\u{201e}\u{2018}\u{2019}".contains(*c))
+    {
+        return format!("`{quote}` is no quote of TOML; write `\"`");
+    }
     match value.strip_suffix(';') {
         Some("") => "a line of TOML ends without `;`; leave it out".to_owned(),
         Some(value) => format!("a line of TOML ends without `;`; write `{}`", value.trim_end()),
@@ -598,6 +611,20 @@ fn unparsed(message: &str, text: &str, at: usize) -> String {
         }
         None => message.to_owned(),
     }
+}
+
+/// The number with a decimal point, if a line is not parsed after a comma between digits, or before its decimals.
+fn with_decimal_comma(before: &str, after: &str) -> Option<String> {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let (before, decimals) = match after.strip_prefix(',') {
+        Some(decimals) => (before, decimals),
+        None => (before.strip_suffix(',')?, after),
+    };
+    let decimals = &decimals[..decimals.find(|c| !is_digit(c)).unwrap_or(decimals.len())];
+    let whole = &before[before
+        .rfind(|c| !is_digit(c))
+        .map_or(0, |at| at + before[at..].chars().next().map_or(1, char::len_utf8))..];
+    (!whole.is_empty() && !decimals.is_empty()).then(|| format!("{whole}.{decimals}"))
 }
 
 /// Error for the text at a place. The middle of a long problem is left out: a value or a key may be of any length.
@@ -675,6 +702,13 @@ fn merge<'a>(under: &mut DeTable<'a>, over: DeTable<'a>) -> std::result::Result<
     for (key, value) in over {
         match (under.get_mut(&**key.get_ref()).map(Spanned::get_mut), value) {
             (Some(own), value) if value.get_ref().is_table() && (own.is_table() || own.is_array()) => {
+                let is_empty = |own: &DeValue<'_>| own.as_table().is_some_and(DeTable::is_empty);
+                if is_empty(value.get_ref()) && !is_empty(own) {
+                    return Err(format!(
+                        "{}: is an empty table, which changes nothing, since tables are merged; allowed: the keys to change",
+                        key.get_ref()
+                    ));
+                }
                 merge_value(own, value.into_inner()).map_err(|problem| format!("{}{problem}", key.get_ref()))?;
             }
             (_, value) => {

@@ -27,8 +27,13 @@ const MOST: usize = 10_000;
 const ABOVE: f64 = 0.05;
 
 /// Why the rest is not taken.
-const REASONS: [(&str, &str); 31] = [
+const REASONS: [(&str, &str); 36] = [
     ("*@id", ""),
+    ("*@implementation", ""),
+    ("*@library", ""),
+    ("*@medium", ""),
+    ("*@show_rays", ""),
+    ("epuck_range_and_bearing@data_size", "messages have a fixed content"),
     ("system", ""),
     ("profiling", ""),
     ("visualization", ""),
@@ -54,7 +59,7 @@ const REASONS: [(&str, &str); 31] = [
     ("objective", "Oneiro's task is a custom part: docs/extend.md"),
     (
         "floor",
-        "the floor's picture is not in this file; set arena.picture, arena.floor and arena.patches",
+        "the floor's picture is not in this file; set arena.picture.file to a PNG, or arena.floor and arena.patches",
     ),
     ("box@mass", ""),
     ("cylinder@mass", ""),
@@ -162,7 +167,7 @@ struct Controllers<'a> {
     kinds: Vec<(&'a str, Kind)>,
     /// Whether one of them has an e-puck's sensors or wheels.
     are_of_epucks: bool,
-    /// Values of the robots of the first one that reads a reference model: key, value, line, and name in the file.
+    /// Values of the robots of the first one that has any: key, value, line, and name in the file.
     model: Vec<(&'static str, f64, usize, String)>,
 }
 
@@ -249,11 +254,18 @@ fn controllers<'a>(root: Element<'a>, draft: &mut Draft) -> Result<Controllers<'
                 _ => "Oneiro evolves another machine or tree of the same modules",
             };
             draft.leave_out(controller.line(), format!("<{tag}>"), why);
-            if kind != Kind::Other && all.model.is_empty() {
+            if all.model.is_empty() {
                 all.model = model(controller, draft)?;
             }
-            // All of it is that one thing.
-            controller.read_all();
+            // All of it is that one thing, but for the values of the robot's devices.
+            for unread in controller.unread() {
+                match unread.tag() {
+                    "actuators" | "sensors" => unread.read().unread().for_each(|device| {
+                        device.read();
+                    }),
+                    _ => unread.read().read_all(),
+                }
+            }
         }
     }
     Ok(all)
@@ -637,7 +649,9 @@ fn placing(read: Element<'_>, draft: &mut Draft) -> Result<Placing> {
         }
         method => {
             let why = match method {
-                Some("uniform") => "robots start anywhere in the arena; arena.start_radius_mm narrows it",
+                Some("uniform") => {
+                    "Oneiro draws places in the arena; arena.start_radius_mm or start.kind = \"zone\" narrows it"
+                }
                 _ => "Oneiro draws places uniformly",
             };
             draft.leave_out(
@@ -766,6 +780,21 @@ fn place_robots(
         (Some(first), _) => (in_arena, first.line, first.what.clone(), kind(first.controller)),
         (None, None) => (0, 0, String::new(), Kind::Other),
     };
+    if let (Some(_), Some((line, placed, _))) = (taken.first(), drawn)
+        && placed != count
+    {
+        let why = format!("the arena has {count}, which are here");
+        draft.leave_out(line, format!("<params number_robots>, {placed}"), why);
+    }
+    let mut wheels = None;
+    for (key, value, line, what) in controllers.model.iter().filter(|_| kind == Kind::Other) {
+        if *key == "wheel_noise" && count > 0 {
+            wheels = Some((*value, *line, what));
+        } else {
+            let why = "a plain e-puck has no such value; noise.sensor is for all its sensors, and robot.model has all of these";
+            draft.leave_out(*line, &**what, why);
+        }
+    }
     if count == 0 {
         let why = "No robot on two wheels is in the file: an e-puck stands here.";
         draft.choose(("robot", "preset"), "\"epuck\"", why);
@@ -779,6 +808,14 @@ fn place_robots(
     let has_model = kind != Kind::Other;
     let preset = if has_model { "\"epuck-rm1.1\"" } else { "\"epuck\"" };
     draft.set(("robot", "preset"), preset, line, what);
+    if let Some((value, line, what)) = wheels {
+        draft.set(("robot", "wheel_noise"), super::draft::number(value), line, &**what);
+        draft.choose(
+            ("robot", "wheel_noise_law"),
+            "\"normal\"",
+            "ARGoS draws it from a normal distribution.",
+        );
+    }
     if has_model {
         for (key, value, line, what) in &controllers.model {
             draft.set(("robot", key), super::draft::number(*value), *line, &**what);
@@ -807,6 +844,15 @@ fn place_robots(
         .flat_map(|own| own.starts.iter().copied())
         .take(kept)
         .collect();
+    if matches!(drawn, Some((.., Some(_)))) {
+        for start in &starts {
+            draft.leave_out(
+                start.line,
+                "the robot's start",
+                "loop functions move it: <params dist_radius>",
+            );
+        }
+    }
     match drawn {
         // Loop functions move robots to random places in a disc when an episode begins.
         Some((line, _, Some(radius))) => {

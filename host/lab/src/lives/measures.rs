@@ -222,7 +222,7 @@ impl Frame {
         let details = world.details().iter().enumerate();
         let spec = world.spec();
         Self {
-            grid: Grid::new(spec.arena.field),
+            grid: Grid::new(spec.arena.within_walls()),
             arena: spec.arena.clone(),
             body_radius: spec.robot.body_radius.into(),
             memory: details

@@ -42,18 +42,19 @@ impl<'a> SurrogateRobot<'a> {
         }
     }
 
-    /// The world of episodes of this length from a given start, or from a random one.
-    fn started(&self, start: Option<[f32; 3]>, cycles: u32) -> Result<World, Trouble> {
-        let spec = self.world.spec();
-        if start.is_none() && cycles == spec.cycles {
+    /// The world of episodes from a given start, or from a random one, with a cycle more for a trace.
+    fn started(&self, start: Option<[f32; 3]>, traced: bool) -> Result<World, Trouble> {
+        if start.is_none() && !traced {
             return Ok(self.world.clone());
         }
-        World::new(WorldSpec {
-            start: start.map_or_else(|| spec.start.clone(), |[x, y, heading]| Start::At { x, y, heading }),
-            cycles,
-            ..spec.clone()
-        })
-        .map_err(|invalid| Trouble::Broken(invalid.to_string()))
+        let mut spec = self.world.spec().clone();
+        if let Some([x, y, heading]) = start {
+            spec.start = Start::At { x, y, heading };
+        }
+        if traced {
+            spec = spec.seen_to_its_end();
+        }
+        World::new(spec).map_err(|invalid| Trouble::Broken(invalid.to_string()))
     }
 
     /// The grid on which an object is sampled, instead of its future table.
@@ -218,7 +219,7 @@ impl Reality for SurrogateRobot<'_> {
                 known
             } else {
                 starts.push(life.start);
-                worlds.push(self.started(life.start, cycles + u32::from(traced))?);
+                worlds.push(self.started(life.start, traced)?);
                 worlds.len() - 1
             };
             rollouts.push(Rollout {

@@ -394,10 +394,7 @@ impl Lives {
     ) -> std::result::Result<Lived, Trouble> {
         let mut trace = Trace::default();
         if traced && let Some(last) = done.cycles.last() {
-            let longer = Reported::new(&WorldSpec {
-                cycles: self.spec.cycles + 1,
-                ..self.spec.clone()
-            })?;
+            let longer = Reported::new(&self.spec.clone().seen_to_its_end())?;
             let cycles = [&done.cycles[..], std::slice::from_ref(last)].concat();
             trace = replayed(&longer, &mut self.cpu, life, start, &cycles)?.1;
         }

@@ -46,8 +46,8 @@ pub fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor], start: &Start)
     let title = format!(
         "{}: {} x {} mm",
         arena.name,
-        number_mm(arena.field.width),
-        number_mm(arena.field.height)
+        number_mm(arena.within_walls().width),
+        number_mm(arena.within_walls().height)
     );
     let mut svg = sheet.start(arena, &title);
     let pose = |[x, y, heading]: [f32; 3]| ((f64::from(x), f64::from(y)), f64::from(heading));

@@ -74,17 +74,23 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>) -> Result<Ans
 
 /// The file of a custom part with its functions and its memory, or the name of a built-in part.
 fn part(own: Option<&OwnPart>, shipped: &str) -> String {
-    let Some(part) = own.map(OwnPart::part) else {
+    let Some(own) = own else {
         return shipped.to_owned();
     };
-    let memory = part.memory().iter().chain(part.mission());
-    let memory: Vec<_> = memory.map(|(name, _)| name.as_str()).collect();
+    let (part, memory) = (own.part(), remembered(own));
     let memory = if memory.is_empty() {
         "nothing".to_owned()
     } else {
         memory.join(", ")
     };
     format!("{}: {}; remembers {memory}", part.path(), part.functions().join(", "))
+}
+
+/// Names of what a part remembers, of a robot and of all.
+fn remembered(own: &OwnPart) -> Vec<&str> {
+    let part = own.part();
+    let memory = part.memory().iter().chain(part.mission());
+    memory.map(|(name, _)| name.as_str()).collect()
 }
 
 /// The same as values by key.
@@ -94,7 +100,7 @@ fn part_value(own: &OwnPart) -> Value {
         "kind": part.kind().word(),
         "file": part.path(),
         "functions": part.functions(),
-        "memory": part.memory().iter().map(|(name, _)| name).collect::<Vec<_>>(),
+        "memory": remembered(own),
     })
 }
 
@@ -385,8 +391,8 @@ fn arena(spec: &WorldSpec) -> String {
     format!(
         "{}, {} x {} mm, {}, {}, {}{}{}{}",
         arena.name,
-        arena.field.width,
-        arena.field.height,
+        arena.within_walls().width,
+        arena.within_walls().height,
         counted(arena.walls.len(), "wall", "walls"),
         counted(arena.obstacles.len(), "round obstacle", "round obstacles"),
         counted(arena.blocks.len(), "block", "blocks"),

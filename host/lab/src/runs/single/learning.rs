@@ -66,7 +66,11 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let lines = bests.iter().zip(&fitness).map(|(best, fitness)| {
         let (generation, individual) = (best.generation, best.individual);
         let own = best.fitness;
-        format!("generation {generation}, individual {individual}: fitness {fitness} here, {own} in its generation")
+        let of = match settings.trials {
+            1 => String::new(),
+            trials => format!(", {} of {trials} episodes", settings.trial_score.word()),
+        };
+        format!("generation {generation}, individual {individual}: fitness {fitness} here, {own} in its generation{of}")
     });
     let files = [path.display().to_string()]
         .into_iter()

@@ -39,13 +39,15 @@ impl TraceTable {
             let cell = |(column, value): &Recorded| (column.clone(), Cell::Record(*value));
             columns.iter().map(cell)
         };
+        let robot = &world.spec().robot;
         let details = |is_wanted: fn(DetailKind) -> bool| {
+            // A reference model's readings have their noise already.
+            let is_again = |own: &Detail| own.kind == DetailKind::Real && is_of_model(&own.name, robot);
             let wanted = world
                 .details()
                 .iter()
                 .enumerate()
-                .filter(move |(_, own)| is_wanted(own.kind));
-            let robot = &world.spec().robot;
+                .filter(move |(_, own)| is_wanted(own.kind) && !is_again(own));
             wanted.map(move |(index, own)| (column(own, robot), Cell::Detail(index, own.scalar)))
         };
         let cells = records(&POSE)
@@ -113,6 +115,12 @@ impl TraceTable {
     }
 }
 
+/// Whether a reading is that of a robot's reference model.
+fn is_of_model(name: &str, robot: &Robot) -> bool {
+    let model = robot.build.described().and_then(|own| own.model);
+    model.is_some_and(|model| model.readings().iter().any(|own| own == name))
+}
+
 /// The column of one of the details of a robot.
 fn column(detail: &Detail, robot: &Robot) -> Column {
     const SAMPLED: Column = Column::number("", "0 to 1", "");
@@ -122,6 +130,7 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
     let described = robot.described_sensors().iter().find(|sensor| sensor.name == *name);
     let is_foragers = matches!(robot.build, Build::Forager(_)) && foraging::READINGS.contains(&name.as_str());
     let robots = match (sampled, described) {
+        (None, None) if is_of_model(name, robot) => Some(format!("reading `{name}` of the reference model")),
         (Some(sensor), _) => Some(format!("activation of `{sensor}`")),
         (None, Some(sensor)) => Some(format!("reading of the {} sensor `{name}`", sensor.kind.word())),
         (None, None) if is_foragers => Some(format!("reading `{name}`")),
