@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # recompute.sh: studies/recompute.py judges small sweeps of both studies' second editions as the program does, and notices a
-# verdict and a figure that are not the program's; studies/noise.py and studies/recordings.py print the tables that studies/miglino1995/README.md has. Skipped if there is no Python, or its packages aren't available.
+# verdict and a figure that are not the program's; studies/noise.py and studies/recordings.py print the tables that
+# studies/miglino1995/README.md has. Skipped if there is no Python, or its packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
