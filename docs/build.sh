@@ -18,8 +18,7 @@ rm -rf "$book"
 mkdir -p "$book/pages"
 # Pages keep their places, and with them their links. What they link to outside of docs/ comes along.
 cp -r docs CONTRIBUTING.md CHANGELOG.md "$book/pages/"
-mkdir "$book/pages/studies"
-cp studies/*.md "$book/pages/studies/"
+cp --parents studies/*.md studies/*/README.md "$book/pages/"
 rm -r "$book/pages/docs/site"
 find "$book/pages" -name '*.new' -delete
 # The words after a block's language are for tests.

@@ -1,6 +1,6 @@
 """Judges the 1995 study with other kinds of noise: python studies/noise.py paper/results.csv covering/results.csv without-delay/results.csv
 
-Prints the tables of docs/miglino1995.md: the means of each condition, and the contrasts of studies/preregistration-1995-noise.md, judged
+Prints the tables of studies/miglino1995/README.md: the means of each condition, and the contrasts of studies/preregistration-1995-noise.md, judged
 as recompute.py judges those of the second edition. With --keep FILE it writes what it takes of the sweeps' tables to a file, and
 FILE alone prints the same. Needs pandas, SciPy and statsmodels.
 """
@@ -83,7 +83,7 @@ def judged(contrasts):
 
 
 def shown(row):
-    """A contrast as docs/miglino1995.md has it: bold if it holds, slanted if it is opposed, with a star if the outcome is not firm."""
+    """A contrast as studies/miglino1995/README.md has it: bold if it holds, slanted if it is opposed, with a star if the outcome is not firm."""
     low, high = sorted([row.low, row.high])
     text = f"{row.estimate:.0f} ({low:.0f} to {high:.0f})".replace("-0 ", "0 ").replace("-0)", "0)")
     text = {"holds": f"**{text}**", "opposed": f"*{text}*"}.get(row.outcome, text)

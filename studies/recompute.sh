@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # recompute.sh: studies/recompute.py judges small sweeps of both studies' second editions as the program does, and notices a
-# verdict and a figure that are not the program's; studies/noise.py and studies/recordings.py print the tables that docs/miglino1995.md has. Skipped if there is no Python, or its packages aren't available.
+# verdict and a figure that are not the program's; studies/noise.py and studies/recordings.py print the tables that
+# studies/miglino1995/README.md has. Skipped if there is no Python, or its packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
@@ -108,13 +109,13 @@ for robot in lives:holds epuck:opposed; do
 done
 
 # missing: how many lines of the printed tables the document lacks. Each study's are in it, and a changed run changes one.
-missing() { grep '^|' "$scratch/printed" | grep -vxF -f docs/miglino1995.md | wc -l; }
+missing() { grep '^|' "$scratch/printed" | grep -vxF -f studies/miglino1995/README.md | wc -l; }
 
 say "the 1995 study with recordings"
 runs=studies/miglino1995/recordings/runs.csv
 "$python" studies/recordings.py "$runs" >"$scratch/printed" || fail "studies/recordings.py"
 [ "$(grep -c '^|' "$scratch/printed")" = 66 ] || fail "studies/recordings.py prints other tables"
-[ "$(missing)" = 0 ] || fail "docs/miglino1995.md lacks $(missing) lines of studies/recordings.py"
+[ "$(missing)" = 0 ] || fail "studies/miglino1995/README.md lacks $(missing) lines of studies/recordings.py"
 awk -F, -v OFS=, 'NR > 1 && $1 == "recordings" && $4 == "conservative" { $10 -= 3 } { print }' "$runs" >"$scratch/changed.csv"
 "$python" studies/recordings.py "$scratch/changed.csv" >"$scratch/printed" || fail "studies/recordings.py"
 [ "$(missing)" != 0 ] || fail "CONTROL: worse lives among the recordings are not noticed"
@@ -130,7 +131,7 @@ fi
 say "the 1995 study with other kinds of noise"
 runs=studies/miglino1995/noise/runs.csv
 "$python" studies/noise.py "$runs" >"$scratch/printed" || fail "studies/noise.py"
-[ "$(missing)" = 0 ] || fail "docs/miglino1995.md lacks $(missing) lines of studies/noise.py"
+[ "$(missing)" = 0 ] || fail "studies/miglino1995/README.md lacks $(missing) lines of studies/noise.py"
 awk -F, -v OFS=, 'NR > 1 && $2 == "envelope" { $9 -= 3 } { print }' "$runs" >"$scratch/noise.csv"
 "$python" studies/noise.py "$scratch/noise.csv" >"$scratch/printed" || fail "studies/noise.py"
 [ "$(missing)" != 0 ] || fail "CONTROL: worse lives in reality with the envelope are not noticed"

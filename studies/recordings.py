@@ -4,7 +4,7 @@
     python studies/recordings.py studies/miglino1995/recordings/runs.csv
 
 The first evolves, carries over and evolves on, and writes carried/runs.csv; it needs the program and Python alone. The second prints the
-tables of docs/miglino1995.md: means of each condition, and the contrasts of studies/preregistration-1995-recordings.md. It needs pandas,
+tables of studies/miglino1995/README.md: means of each condition, and the contrasts of studies/preregistration-1995-recordings.md. It needs pandas,
 SciPy and statsmodels.
 """
 

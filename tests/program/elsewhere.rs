@@ -234,13 +234,13 @@ fn run(test: &str, study: &'static Study) {
 }
 
 #[test]
-#[ignore = "a measurement, in real time for 71 minutes, with no result to compare: docs/miglino1995.md has the command; tests/long.sh judges the table that it made"]
+#[ignore = "a measurement, in real time for 71 minutes, with no result to compare: studies/miglino1995/README.md has the command; tests/long.sh judges the table that it made"]
 fn the_1995_study_in_the_simulator_of_others() {
     run("the_1995_study_in_the_simulator_of_others", &OF_THYMIO);
 }
 
 #[test]
-#[ignore = "a measurement, in real time for an hour, with no result to compare: docs/miglino1995.md has the command; tests/long.sh judges the table that it made"]
+#[ignore = "a measurement, in real time for an hour, with no result to compare: studies/miglino1995/README.md has the command; tests/long.sh judges the table that it made"]
 fn the_1995_study_with_the_epuck_of_others() {
     run("the_1995_study_with_the_epuck_of_others", &OF_EPUCK);
 }

@@ -323,10 +323,10 @@ mod tests {
         }
     }
 
-    /// The paper's figures in `docs/miglino1995.md` are those of the table of claims.
+    /// The paper's figures in the study's tables are those of the table of claims.
     #[test]
     fn documents_have_the_papers_figures() {
-        let document = document("docs/miglino1995.md");
+        let document = document("studies/miglino1995/README.md");
         let mut compared = 0;
         for criterion in Table::of(MIGLINO1995_CLAIMS).claims {
             let start = format!("{}: ", criterion.id);

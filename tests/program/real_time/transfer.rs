@@ -48,7 +48,7 @@ const SAMPLED_EPUCK: Sampled = Sampled {
     spacing: 3.0,
     wheels: [128.0, 51.0],
     ahead: (0, 200.0, 45.0),
-    // docs/miglino1995.md: much is lost.
+    // studies/miglino1995/README.md: much is lost.
     share: None,
 };
 const BEARINGS: usize = 72;
