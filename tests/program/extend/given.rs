@@ -151,3 +151,46 @@ fn a_described_robot_is_written() {
     place.run(&["new", "other", "--robot", "epuck", "--forager"]).exits(2);
     assert!(!place.at("other.toml").exists());
 }
+
+/// Rows of two genomes in two episodes, up to their fitness, by how the episodes are watched.
+fn rows(place: &Place, experiment: &str, watched: &[&str]) -> Vec<String> {
+    let all = [
+        &["evaluate", experiment, "--random", "2", "--trials", "2", "--seed", "1"][..],
+        &["--set", "cycles=30", "--backend", "cpu", "--quiet"],
+        watched,
+    ];
+    let table = place.good(&all.concat());
+    let until_bits = |line: &str| line.split(',').take(4).collect::<Vec<_>>().join(",");
+    table.lines().map(until_bits).collect()
+}
+
+/// Who watches an episode to its end, for measures or a trace, changes nothing: its parts are told the cycles that it has. With the
+/// tasks that ship, and experiments that ship; all of them in `tests/long.sh`.
+#[test]
+fn watching_changes_no_fitness() {
+    let place = Place::new("watched");
+    let robot = "[robot]\npreset = \"epuck\"\n[arena]\nwidth_mm = 900.0\nheight_mm = 600.0\n\
+                 lights = [{ x_mm = 700.0, y_mm = 500.0 }]\n\
+                 patches = [{ x_mm = 450.0, y_mm = 300.0, radius_mm = 200.0, grey = 0.0 }]\n\
+                 obstacles = [{ x_mm = 200.0, y_mm = 300.0, radius_mm = 40.0 }]\n";
+    let mut files = Vec::new();
+    for (task, swarm) in [("reach", ""), ("phototaxis", ""), ("stay-together", "count = 4\n")] {
+        let file = format!("{task}.toml");
+        let robot = robot.replace("[arena]", &format!("{swarm}[arena]"));
+        place.write(&file, format!("{robot}[task]\nkind = \"{task}\"\n"));
+        files.push(file);
+    }
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    let mut names: Vec<_> = fs::read_dir(&shipped).unwrap().map(|entry| entry.unwrap().path()).collect();
+    names.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    names.sort();
+    let step = if std::env::var_os("ONEIRO_LONG").is_some() { 1 } else { 12 };
+    files.extend(names.iter().step_by(step).map(|path| path.display().to_string()));
+    for (number, file) in files.iter().enumerate() {
+        let plain = rows(&place, file, &[]);
+        assert_eq!(plain.len(), 5, "{file}");
+        assert_eq!(rows(&place, file, &["--measures"]), plain, "{file}");
+        let traces = format!("traces-{number}");
+        assert_eq!(rows(&place, file, &["--traces", &traces]), plain, "{file}");
+    }
+}

@@ -466,6 +466,20 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:1:10: a line of TOML ends without `;`; write `900`",
     ),
     (
+        "[robot]\nbody_radius_mm = 16,5",
+        "test.toml:2:20: a number has a decimal point; write `16.5`",
+    ),
+    (
+        "[noise]\nsensor = [-0,05, 0.05]",
+        ": a number has a decimal point; write `0.05`",
+    ),
+    ("start = { x_mm = 5,5 }", ": a number has a decimal point; write `5.5`"),
+    ("name = \u{201c}graze\u{201d}", ": `\u{201c}` is no quote of TOML; write `\"`"),
+    (
+        "[robot]\npreset = \"epuck-rm1.1\"\ncount = 5\n[noise]\nsensor = [-0.4, 0.4]",
+        "noise.sensor: is [-0.4, 0.4], which has no effect; allowed: only with robot.sensors",
+    ),
+    (
         "name = graze # mine",
         "test.toml:1:8: words are quoted; write `\"graze\"`",
     ),

@@ -105,6 +105,32 @@ fn has(text: &str, lines: &[&str]) {
     }
 }
 
+/// What the devices of a program's robots have is taken, or said not to be.
+#[test]
+fn devices_of_other_controllers_are_not_silent() {
+    let devices = r#"<actuators><epuck_wheels implementation="default" noise_std_dev="0.2" /></actuators>
+      <sensors><epuck_proximity implementation="default" show_rays="true" noise_level="0.3" />
+      <epuck_range_and_bearing implementation="medium" nois_std_deviation="1.5" check_occlusions="false" /></sensors>"#;
+    let own = r#"<sensors><epuck_proximity implementation="default" /></sensors>"#;
+    assert!(ARENA.contains(own));
+    let text = ARENA
+        .replace(own, devices)
+        .replace("label=\"task\">", "label=\"task\"><params number_robots=\"20\" />");
+    let made = good("arena.argos", &text);
+    has(&made.text, &["wheel_noise = 0.2\n", "wheel_noise_law = \"normal\""]);
+    let left = made.not_taken();
+    has(
+        &left,
+        &[
+            "<epuck_proximity noise_level>: not taken: a plain e-puck has no such value",
+            "<epuck_range_and_bearing nois_std_deviation>: not taken: Oneiro has nothing like it",
+            "<epuck_range_and_bearing check_occlusions>: ",
+            "<params number_robots>, 20: not taken: the arena has 6, which are here",
+        ],
+    );
+    assert!(!left.contains("implementation") && !left.contains("show_rays"), "{left}");
+}
+
 #[test]
 fn an_arena_of_argos_becomes_an_experiment() {
     let made = good("arena.argos", ARENA);
