@@ -67,9 +67,22 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     };
     let experiment = run.saved.experiment();
     let values = run.curve.values();
+    let setting = groups.first().map_or("", |(label, _)| label);
+    let of_setting = |what: &str| {
+        if others.is_empty() { what.to_owned() } else { format!("{setting}, {what}") }
+    };
+    let seed = |run: &Run| of_setting(&format!("seed {}", run.saved.seed()));
     let this = match all.len() {
-        1 => format!("this: {}", groups.first().map_or("", |(label, _)| label)),
-        _ => format!("seed {}", run.saved.seed()),
+        1 => format!("this: {setting}"),
+        _ => seed(run),
+    };
+    // A median of two says less than both.
+    let rest = match &all[..] {
+        [one, other] => {
+            let other = if one.saved.seed() == run.saved.seed() { other } else { one };
+            (seed(other), lines(other, 0))
+        }
+        many => (of_setting("median"), spread(many, stride)),
     };
     let band = |label, colour, values| Band {
         label,
@@ -79,7 +92,7 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     };
     let mut shown: Vec<Band<'_>> = Vec::new();
     if all.len() > 1 {
-        shown.push(band("median", SOFT, spread(&all, stride)));
+        shown.push(band(&rest.0, SOFT, rest.1));
         shown.push(band(&this, COLOURS[0], lines(run, 0)));
     } else {
         // With other settings in the chart, only the first value.

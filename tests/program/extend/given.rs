@@ -1,5 +1,7 @@
 //! What an experiment gives to its parts besides their values, and robots that are described from the start.
 
+use std::path::Path;
+
 use super::*;
 
 /// Sums up all that a part can ask of the experiment, so that each number shows.
