@@ -45,6 +45,22 @@ def test_fed_with_a_traces_readings_it_has_the_episodes_bits():
     assert len(kinds) >= 4, kinds
 
 
+def test_a_machine_draws_the_episodes_numbers():
+    exp = oneiro.Experiment.load(EXPERIMENTS / "automode-cues.toml", set={"cycles": 200})
+    genomes = random(exp, 8, 7)
+    readings, outputs = readings_and_outputs(exp, genomes, 5)
+    controllers = oneiro.Controller(exp, genomes)
+
+    def is_the_episode(**reset):
+        controllers.reset(**reset)
+        return all(np.array_equal(controllers.step(readings[:, cycle]), outputs[:, cycle]) for cycle in range(200))
+
+    assert is_the_episode(seed=5) and is_the_episode(seed=5, keys=range(8))
+    assert not any(
+        is_the_episode(**other) for other in ({"seed": 6}, {"seed": 5, "life": 1}, {"seed": 5, "keys": range(1, 9)})
+    )
+
+
 def random(exp, count, seed):
     """Genomes within the range of each gene, or small ones."""
     low, high = exp.bounds.astype(np.float64).clip(-3, 3).T
