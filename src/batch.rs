@@ -10,6 +10,7 @@ use std::sync::Arc;
 /// One record of a trace: the pose at the start of a cycle, and the resulting action and reward.
 pub use oneiro_shaders::episode::Record;
 use oneiro_shaders::{Kernel, episode};
+use rayon::prelude::*;
 
 use crate::parameter::Invalid;
 use crate::random::{Key, pcg4d};
@@ -17,7 +18,7 @@ use crate::random::{Key, pcg4d};
 use layout::{Layout, Places};
 use packing::Packed;
 pub use packing::{Buffers, WorldKind};
-pub use trace::Trace;
+pub use trace::{Trace, parts_of};
 
 /// Episodes per group: the kernels' workgroup size.
 pub const LANES: usize = episode::LANES as usize;
@@ -435,6 +436,11 @@ impl Worlds {
         self.0.state_words as usize
     }
 
+    /// Words per record of a trace.
+    pub fn record_words(&self) -> usize {
+        self.0.record_words as usize
+    }
+
     /// Number of genes of an episode in each world.
     pub fn genes(&self) -> Vec<usize> {
         self.0
@@ -580,31 +586,67 @@ impl Batch {
         }
     }
 
+    /// Whether a slot's episode may have fewer records than its world has cycles.
+    pub(crate) fn may_end_early(&self, slot: u32) -> bool {
+        self.worlds.0.facts[self.groups[slot as usize / LANES].world as usize].may_end_early
+    }
+
+    /// The written ones of an episode's lines.
+    pub(crate) fn written<'a>(&self, slot: u32, lines: &'a [u32]) -> &'a [u32] {
+        if !self.may_end_early(slot) {
+            return lines;
+        }
+        // From an early end on there are no records. One that is all zero would be of a robot that stands at (0, 0), looks
+        // along x, senses nothing, wants both wheels backwards at full speed and has earned nothing.
+        let width = self.record_words();
+        let last = lines.iter().rposition(|word| *word != 0);
+        &lines[..last.map_or(0, |last| last / width + 1) * width]
+    }
+
+    /// The lines of a slot's episode in the trace of the whole batch.
+    fn lines_of<'a>(&self, slot: u32, trace: &'a [u32]) -> &'a [u32] {
+        let world = self.groups[slot as usize / LANES].world;
+        let end = self.worlds.0.packed.worlds[world as usize].steps.min(self.cycles.end);
+        let count = end.saturating_sub(self.cycles.start).div_ceil(self.trace_every);
+        let lines = &trace[slot as usize * self.trace_words()..][..count as usize * self.record_words()];
+        self.written(slot, lines)
+    }
+
+    /// The episode in each slot; `u32::MAX` in idle ones.
+    pub(crate) fn rollouts_by_slot(&self) -> Vec<u32> {
+        let mut rollouts = vec![u32::MAX; self.groups.len() * LANES];
+        for (&slot, rollout) in self.slots.iter().zip(0..) {
+            rollouts[slot as usize] = rollout;
+        }
+        rollouts
+    }
+
+    /// Shows the lines of all episodes to an observer, and returns the other results.
+    pub(crate) fn observed(&self, mut result: PartResult, observer: Observer<'_>) -> Outcome {
+        let trace = std::mem::take(&mut result.trace);
+        let slots = self.slots.par_iter().enumerate();
+        slots.for_each(|(rollout, &slot)| observer(rollout, self.lines_of(slot, &trace)));
+        self.outcome_of(&result, &[])
+    }
+
     /// Converts the result of [`Batch::all`] to results by episode.
     ///
     /// # Panics
     /// If the result isn't that of the whole batch.
-    pub fn outcome(&self, result: PartResult) -> Outcome {
-        let PartResult { fitness, trace, states } = result;
-        let records = self.trace_records() as usize;
+    pub fn outcome(&self, mut result: PartResult) -> Outcome {
+        let trace = std::mem::take(&mut result.trace);
+        let words = result.fitness.len() * self.trace_words();
+        assert_eq!(trace.len(), words, "a trace for each slot");
+        self.outcome_of(&result, &trace)
+    }
+
+    /// Results by episode; none of traces if there are no words of these.
+    pub(crate) fn outcome_of(&self, result: &PartResult, trace: &[u32]) -> Outcome {
+        let PartResult { fitness, states, .. } = result;
+        let records = if trace.is_empty() { 0 } else { self.trace_records() };
         let (words, state_words) = (self.trace_words(), self.state_words());
         assert_eq!(fitness.len(), self.groups.len() * LANES, "a fitness for each slot");
-        assert_eq!(trace.len(), fitness.len() * words, "a trace for each slot");
-        let trace_of = |&slot: &u32| {
-            let world = self.groups[slot as usize / LANES].world;
-            let end = self.worlds.0.packed.worlds[world as usize].steps.min(self.cycles.end);
-            let count = end.saturating_sub(self.cycles.start).div_ceil(self.trace_every);
-            let width = self.record_words();
-            let records_of_slot = &trace[slot as usize * words..][..count as usize * width];
-            if !self.worlds.0.facts[world as usize].may_end_early {
-                return Trace::read(records_of_slot, width);
-            }
-            // From an early end on there are no records. One that is all zero would be of a robot that stands at (0, 0), looks
-            // along x, senses nothing, wants both wheels backwards at full speed and has earned nothing.
-            let last = records_of_slot.iter().rposition(|word| *word != 0);
-            let records = last.map_or(0, |last| last / width + 1);
-            Trace::read(&records_of_slot[..records * width], width)
-        };
+        let trace_of = |&slot: &u32| Trace::read(self.lines_of(slot, trace), self.record_words());
         let gathered = |buffer, from: &[u32], slots: &[u32], words| -> Vec<Vec<u32>> {
             let place = self.places(buffer, words);
             let words_of = |&slot: &u32| (0..words).map(|word| from[place(slot as usize, word)]).collect();
@@ -616,11 +658,15 @@ impl Batch {
         Outcome {
             fitness: self.slots.iter().map(|&slot| fitness[slot as usize]).collect(),
             traces: each(records > 0 && has_records).iter().map(trace_of).collect(),
-            logs: gathered("trace", &trace, each(records > 0 && !has_records), words),
-            states: gathered("state", &states, each(self.keeps_states), state_words),
+            logs: gathered("trace", trace, each(records > 0 && !has_records), words),
+            states: gathered("state", states, each(self.keeps_states), state_words),
         }
     }
 }
+
+/// Takes lines of traces while episodes are simulated: an episode's index in its batch, and the words of its next lines, as many words
+/// a line as [`Batch::record_words`] says. Episodes are shown in any order and at the same time, the lines of an episode in theirs.
+pub type Observer<'a> = &'a (dyn Fn(usize, &[u32]) + Sync);
 
 /// Results of a part: one fitness per slot and, if requested, traces and states as words, found with [`Batch::places`].
 ///

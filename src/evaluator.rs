@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use oneiro_shaders::Kernel;
 
-use crate::batch::{Batch, LANES, Outcome, Part, PartResult};
+use crate::batch::{Batch, LANES, Observer, Outcome, Part, PartResult};
 
 /// Watches and cancels an evaluation, from any thread.
 #[derive(Debug, Default)]
@@ -139,6 +139,16 @@ pub trait Evaluator: Send {
         Ok(batch.outcome(result))
     }
 
+    /// As [`Evaluator::evaluate`], for an observer of traces: the result has none. The CPU shows lines while it simulates, so that
+    /// whole traces are never in memory.
+    ///
+    /// # Errors
+    /// As [`Evaluator::evaluate_part`].
+    fn observe(&mut self, batch: &Batch, control: &Control, observer: Observer<'_>) -> Result<Outcome, Error> {
+        let result = self.evaluate_part(&batch.all(), control)?;
+        Ok(batch.observed(result, observer))
+    }
+
     /// Warnings for the user, such as a lost device, oldest first. Results are right nevertheless.
     fn warnings(&self) -> &[String] {
         &[]
@@ -164,8 +174,16 @@ impl PartResult {
     /// [`Error::Short`] if there isn't enough memory.
     pub(crate) fn blank(batch: &Batch, slots: usize) -> Result<Self, Error> {
         Ok(Self {
-            fitness: room(slots)?,
             trace: room(slots * batch.trace_words())?,
+            ..Self::untraced(batch, slots)?
+        })
+    }
+
+    /// The same without traces.
+    pub(crate) fn untraced(batch: &Batch, slots: usize) -> Result<Self, Error> {
+        Ok(Self {
+            fitness: room(slots)?,
+            trace: Vec::new(),
             states: room(slots * batch.kept_words())?,
         })
     }

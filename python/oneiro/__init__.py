@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING
 # Mesa's device-select layer prints to standard error where there is no desktop, and its order is not needed.
 _os.environ.setdefault("NODEVICE_SELECT", "1")
 
+from ._archive import Archive
 from ._callbacks import Callback, log_loop, log_runs
+from ._controller import Controller
 from ._errors import (
     BrokenError,
     CorruptError,
@@ -30,15 +32,17 @@ from ._experiment import Experiment, Outcome, evaluate
 from ._machine import devices, selftest
 from ._native import __version__
 from ._recorder import Recorder
-from ._runs import Run, Sweep, load_run, merge, resume, run, sweep, sweep_shard
+from ._runs import Run, Sweep, adopt, load_run, merge, resume, run, sweep, sweep_shard
 from ._watch import Watch, watch
 
 if TYPE_CHECKING:
     from . import gym, mlflow, pettingzoo, sb3, tensorboard, wandb
 
 __all__ = [
+    "Archive",
     "BrokenError",
     "Callback",
+    "Controller",
     "CorruptError",
     "DeviceError",
     "Error",
@@ -55,6 +59,7 @@ __all__ = [
     "Sweep",
     "Watch",
     "__version__",
+    "adopt",
     "devices",
     "evaluate",
     "gym",
@@ -100,3 +105,11 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+# Users see one module, in reprs, in tracebacks and in pickles.
+for _name in __all__:
+    _value = globals().get(_name)
+    if str(getattr(_value, "__module__", "")).startswith("oneiro._"):
+        _value.__module__ = "oneiro"
+del _name, _value

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from . import _native
+from ._archive import Archive
 from ._errors import InputError
 from ._experiment import whole
 from ._html import facts
@@ -82,6 +83,27 @@ class Evolution:
     def keys(self) -> NDArray[np.uint64]:
         """`[n, 2]`: the generation and the number of each genome of `ask()`, for `evaluate`."""
         return self._native.keys()
+
+    @property
+    def archive(self) -> Archive | None:
+        """The elites so far; None unless its optimiser keeps some (`map-elites`)."""
+        found = self._native.archive()
+        if found is None:
+            return None
+        cells, fitness, descriptors, genomes, coverage, quality = found
+        return Archive(genomes, fitness, descriptors, cells, self.descriptor_names, coverage, quality)
+
+    @property
+    def mean(self) -> NDArray[np.float32] | None:
+        """`[genes]`: the genome around which a strategy (`cma-es`, `sep-cma-es`, `open-es`) samples; None of other optimisers."""
+        found = self._native.distribution()
+        return None if found is None else found[0]
+
+    @property
+    def sigma(self) -> float | None:
+        """The strategy's step size, in halves of the genes' initial ranges; None of other optimisers."""
+        found = self._native.distribution()
+        return None if found is None else found[1]
 
     @property
     def descriptor_names(self) -> list[str]:

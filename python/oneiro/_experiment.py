@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from . import _native
@@ -82,6 +82,20 @@ def in_order(exp: Experiment, genomes: ArrayLike | Table) -> NDArray[np.float32]
     return np.stack([np.asarray(table[names[place]], dtype=np.float32) for place in places], axis=-1)
 
 
+def numbered(keys: ArrayLike, count: int) -> NDArray[np.uint64]:
+    """Keys as a generation and a number of each of `count` genomes or robots."""
+    import numpy as np
+
+    given = np.asarray(keys)
+    if given.dtype.kind not in "iu" or (given.size and given.min() < 0):
+        raise InputError("keys: aren't whole numbers from 0 on; allowed: integers, [n] or [n, 2]")
+    if given.shape not in [(count,), (count, 2)]:
+        raise InputError(f"keys: have the shape {list(given.shape)}; allowed: [{count}] or [{count}, 2]")
+    numbers = np.zeros((count, 2), np.uint64)
+    numbers[:, 2 - given.ndim :] = given.reshape(count, -1)
+    return numbers
+
+
 class Outcome(NamedTuple):
     """Results of evaluated genomes, for each of their episodes."""
 
@@ -92,11 +106,16 @@ class Outcome(NamedTuple):
     exact: bool
     """Whether that device guarantees the same bits as all exact devices."""
     descriptors: NDArray[np.float64] | None = None
-    """`[n, lives, measures]`, in the order of `Experiment.descriptor_names`; None unless requested."""
+    """`[n, lives, measures]`, those that were requested in their order; None unless requested."""
     traces: NDArray[np.void] | None = None
     """`[n, lives, cycles]`, a structured array with the columns of a run's `trace.csv`; zeros after an early end. None unless requested."""
     lengths: NDArray[np.uint32] | None = None
     """`[n, lives]`, the cycles of each episode in `traces`."""
+
+    def __repr__(self) -> str:
+        genomes, lives = self.fitness.shape
+        best = f", best fitness {self.fitness.max():.6g}" if genomes else ""
+        return f"<oneiro.Outcome {genomes} genomes, {lives} episodes each{best}, on {self.device}>"
 
 
 def evaluate(
@@ -108,7 +127,7 @@ def evaluate(
     lives: int | None = None,
     common_starts: bool = False,
     backend: str = "auto",
-    descriptors: bool = False,
+    descriptors: bool | Sequence[str] = False,
     traces: bool | None = None,
 ) -> Outcome:
     """Evaluates genomes, `[n, genes]`, in the experiment's world, with `lives` episodes each: by default one, with keys of `[n, 2]`
@@ -121,38 +140,42 @@ def evaluate(
     have the same results as in the whole. With `[n, 2]` the first number is a generation: with `Evolution.keys` the episodes are
     those of `oneiro run`, and their measures, as there, exclude the end of the last cycle. `common_starts` gives all genomes the
     random numbers of the first.
+
+    `descriptors` are names of measures, or True for all of `exp.descriptor_names`. Few are faster than all, and where an episode
+    ends costs next to nothing.
     """
     import numpy as np
 
     genomes = in_order(exp, genomes)
     if genomes.ndim == 1:
         genomes = genomes[None]
-    if genomes.ndim != 2 or len(genomes) == 0:
-        raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, genes], n from 1")
-    numbers, as_in_run = None, False
-    if keys is not None:
-        given = np.asarray(keys)
-        if given.dtype.kind not in "iu" or (given.size and given.min() < 0):
-            raise InputError("keys: aren't whole numbers from 0 on; allowed: integers, [n] or [n, 2]")
-        if given.shape not in [(len(genomes),), (len(genomes), 2)]:
-            shape = list(given.shape)
-            raise InputError(f"keys: have the shape {shape}; allowed: [{len(genomes)}] or [{len(genomes)}, 2]")
-        numbers = np.zeros((len(genomes), 2), np.uint64)
-        numbers[:, 2 - given.ndim :] = given.reshape(len(genomes), -1)
-        as_in_run = given.ndim == 2
+    if genomes.ndim != 2 or genomes.shape[1] != exp.genes:
+        raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, {exp.genes}]")
+    numbers, as_in_run = (None, False) if keys is None else (numbered(keys, len(genomes)), np.ndim(keys) == 2)
     if traces not in (None, False, True):
         raise InputError(f"traces: is {traces!r}; allowed: True, False or None")
+    measured: list[str] = []
+    if isinstance(descriptors, str):
+        raise InputError(
+            f"descriptors: is {descriptors!r}; allowed: a list of names, such as [{descriptors!r}], or True"
+        )
+    if descriptors is True or isinstance(descriptors, np.bool_):
+        measured = exp.descriptor_names if descriptors else []
+    elif descriptors:
+        measured = [str(name) for name in descriptors]
+    seed = whole("seed", seed)
+    lives = whole("lives", (exp.trials if as_in_run else 1) if lives is None else lives, 1)
     with bar("evaluating") as progress:
         result = _native.evaluate(
             exp,
             genomes,
-            whole("seed", seed),
+            seed,
             numbers,
             as_in_run,
-            whole("lives", (exp.trials if as_in_run else 1) if lives is None else lives, 1),
+            lives,
             common_starts,
             backend,
-            descriptors,
+            measured,
             bool(traces),
             progress,
         )

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _native
+from ._archive import Archive, data_frame
 from ._callbacks import Callback, Logged
-from ._errors import InputError
-from ._experiment import whole
+from ._errors import CorruptError, FailedError, InputError, StorageError
+from ._experiment import in_order, whole
 from ._html import facts, framed
 from ._native import Experiment
 from ._progress import bar
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
+
+    from ._experiment import Table
 
 
 def table(path: Path) -> Any:
@@ -33,13 +35,7 @@ def table(path: Path) -> Any:
     with path.open(newline="") as file:
         head, *rows = csv.reader(file)
     columns = zip(*rows, strict=True) if rows else ((),) * len(head)
-    values = {name: _column(np, cells) for name, cells in zip(head, columns, strict=True)}
-    for library in ("pandas", "polars"):
-        try:
-            return importlib.import_module(library).DataFrame(values)
-        except ImportError:
-            pass
-    return values
+    return data_frame({name: _column(np, cells) for name, cells in zip(head, columns, strict=True)})
 
 
 def _column(np: Any, cells: Sequence[str]) -> NDArray[Any]:
@@ -94,6 +90,35 @@ class Run:
         genome = self._native.champion()
         values = json.loads((self.path / "champion.json").read_text())
         return Champion(genome, values)
+
+    @property
+    def archive(self) -> Archive | None:
+        """The elites of a finished run; None unless its optimiser keeps some (`map-elites`)."""
+        import csv
+
+        import numpy as np
+
+        if self.experiment.settings.get("evolution.kind") != "map-elites":
+            return None
+        if self.result is None:
+            raise FailedError(f"{self.path}: is not finished; `oneiro.resume({str(self.path)!r})` finishes it")
+        try:
+            with (self.path / "archive.csv").open(newline="") as file:
+                head, *rows = csv.reader(file)
+            with (self.path / "coverage.csv").open(newline="") as file:
+                *_, last = csv.DictReader(file)
+            genomes = np.load(self.path / "archive.npy")
+            # Before the measures: cell, fitness, and where an elite was evaluated.
+            first = head.index("score_bits") + 1
+            values = np.array([row[first:] for row in rows], np.float64).reshape(len(rows), len(head) - first)
+            cells = np.array([row[head.index("cell")] for row in rows], np.int64)
+            fitness = np.array([row[head.index("fitness")] for row in rows], np.float64)
+            coverage, quality = float(last["coverage"]), float(last["qd_score"])
+        except OSError as error:
+            raise StorageError(f"{self.path}: {error}") from error
+        except (ValueError, KeyError) as error:
+            raise CorruptError(f"{self.path}: its archive is damaged: {error}") from error
+        return Archive(genomes, fitness, values, cells, head[first:], coverage, quality)
 
     def verify(self) -> str:
         """Checks that its files are unchanged; returns the hash of its results."""
@@ -164,6 +189,28 @@ def run(
     seed = whole("seed", seed)
     with Logged(exp, seed, out, callbacks) as update, bar(exp.name, update) as progress:
         return Run(_native.run(exp, seed, os.fspath(out), backend, progress))
+
+
+def adopt(
+    exp: Experiment,
+    genomes: ArrayLike | Table,
+    *,
+    seed: int,
+    out: str | os.PathLike[str],
+    trials: int = 100,
+    backend: str = "auto",
+) -> Run:
+    """Records genomes that others evolved, `[n, genes]` or one, as a run of one generation, as `oneiro adopt` does.
+
+    All are finalists with `trials` episodes each: the best mean is the champion. `Run`, `evaluate`, `oneiro replay` and
+    `oneiro export` take the directory like that of any run.
+    """
+    import numpy as np
+
+    rows = np.atleast_2d(in_order(exp, genomes))
+    if rows.ndim != 2 or rows.shape[1] != exp.genes:
+        raise InputError(f"genomes: have the shape {list(rows.shape)}; allowed: [n, {exp.genes}]")
+    return run(exp._adopting(rows, min(whole("trials", trials), 10_001)), seed=seed, out=out, backend=backend)
 
 
 def resume(dir: str | os.PathLike[str], *, backend: str = "auto", callbacks: Sequence[Callback] = ()) -> Run:

@@ -15,6 +15,16 @@ pub(crate) struct Evolution {
     seed: u64,
 }
 
+/// What Python gets of an archive.
+type Archive<'py> = (
+    Bound<'py, PyArray1<u32>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f32>>,
+    f64,
+    f64,
+);
+
 #[pymethods]
 impl Evolution {
     #[new]
@@ -72,6 +82,30 @@ impl Evolution {
     fn luckiest<'py>(&self, py: Python<'py>) -> Option<(u32, u32, f32, Bound<'py, PyArray1<f32>>)> {
         let (generation, individual, score, genes) = self.own.luckiest()?;
         Some((generation, individual, score, PyArray1::from_slice(py, genes)))
+    }
+
+    /// Cells, fitness, behaviours and genomes of its elites, their coverage and their quality; None without an archive.
+    fn archive<'py>(&self, py: Python<'py>) -> PyResult<Option<Archive<'py>>> {
+        let Some(own) = self.own.elites().map_err(|error| raised(py, &error))? else {
+            return Ok(None);
+        };
+        let count = own.cells.len();
+        let described = self.own.descriptor_names().map_err(|error| raised(py, &error))?.len();
+        let genes = self.own.ask().0;
+        Ok(Some((
+            PyArray1::from_vec(py, own.cells),
+            PyArray1::from_vec(py, own.fitness),
+            PyArray1::from_vec(py, own.behaviour).reshape([count, described])?,
+            PyArray1::from_vec(py, own.genomes).reshape([count, genes])?,
+            own.coverage,
+            own.quality,
+        )))
+    }
+
+    /// The genome around which a strategy samples, and its step size; None of others.
+    fn distribution<'py>(&self, py: Python<'py>) -> Option<(Bound<'py, PyArray1<f32>>, f64)> {
+        let (mean, sigma) = self.own.distribution()?;
+        Some((PyArray1::from_vec(py, mean), sigma))
     }
 
     fn ask<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {

@@ -14,7 +14,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::{SHORT, class, done, raised, watched};
 
-/// A checked experiment.
+/// A checked experiment. It can be pickled, with the files that it names.
 #[pyclass(frozen, module = "oneiro", name = "Experiment", skip_from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Experiment(pub(crate) api::Experiment);
@@ -26,6 +26,7 @@ fn ok<T>(py: Python<'_>, result: oneiro_host::api::Result<T>) -> PyResult<T> {
 
 #[pymethods]
 impl Experiment {
+    /// Reads an experiment's file, with other values for some keys, as `--set` does: `{"evolution.population": 50}`.
     #[staticmethod]
     #[pyo3(signature = (path, set = None))]
     fn load(py: Python<'_>, path: PathBuf, set: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
@@ -51,6 +52,12 @@ impl Experiment {
         done(py, || api::Experiment::from_portable(&portable, &set)).map(Self)
     }
 
+    /// The experiment of a run whose only generation is these genomes.
+    fn _adopting(&self, py: Python<'_>, genomes: PyReadonlyArray2<'_, f32>, trials: u32) -> PyResult<Self> {
+        let genomes = genomes.as_slice()?;
+        done(py, || self.0.adopting(genomes, trials)).map(Self)
+    }
+
     /// It again, with other values.
     fn _with(&self, py: Python<'_>, set: Vec<String>) -> PyResult<Self> {
         done(py, || api::Experiment::from_portable(&self.0.portable(), &set)).map(Self)
@@ -70,7 +77,7 @@ impl Experiment {
         format!("<oneiro.Experiment {:?} {}>", self.0.name(), &self.0.hash()[..12])
     }
 
-    /// For notebooks.
+    /// For notebooks: its main values, and all settings to unfold.
     fn _repr_html_(own: &Bound<'_, Self>) -> PyResult<String> {
         let html = own.py().import("oneiro._html")?.getattr("experiment")?.call1((own,))?;
         html.extract()
@@ -85,31 +92,37 @@ impl Experiment {
         u64::from_str_radix(&self.0.hash()[..16], 16).unwrap_or_default()
     }
 
+    /// Its name.
     #[getter]
     fn name(&self) -> &str {
         self.0.name()
     }
 
+    /// The seed in its file, if any.
     #[getter]
     fn seed(&self) -> Option<u64> {
         self.0.seed()
     }
 
+    /// Warnings about its files and values.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.0.warnings().to_vec()
     }
 
+    /// Genes of a genome.
     #[getter]
     fn genes(&self, py: Python<'_>) -> PyResult<usize> {
         Ok(self.gene_names(py)?.len())
     }
 
+    /// Name of each gene.
     #[getter]
     fn gene_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         ok(py, self.0.gene_names())
     }
 
+    /// `[genes, 2]`: minimum and maximum of each gene: its range, else `evolution.limits`, else -1e6 to 1e6.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let bounds = ok(py, self.0.bounds())?;
@@ -117,21 +130,25 @@ impl Experiment {
         PyArray1::from_vec(py, bounds.into_flattened()).reshape([genes, 2])
     }
 
+    /// Hash of everything that decides its results, except the seed.
     #[getter]
     fn hash(&self) -> String {
         self.0.hash()
     }
 
+    /// Episodes of each individual in its evolution.
     #[getter]
     fn trials(&self, py: Python<'_>) -> PyResult<u32> {
         ok(py, self.0.trials())
     }
 
+    /// Maximum control cycles of an episode.
     #[getter]
     fn cycles(&self, py: Python<'_>) -> PyResult<u32> {
         ok(py, self.0.cycles())
     }
 
+    /// Names of the measures of an episode, as `oneiro evaluate --measures` has them.
     #[getter]
     fn descriptor_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         ok(py, self.0.descriptor_names())
@@ -154,6 +171,7 @@ impl Experiment {
         Ok(columns.map(|(name, scalar)| (name, kind(scalar))).collect())
     }
 
+    /// Every value by the key that `set` takes: `{"evolution.population": 100, ..}`.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("json")?
@@ -161,6 +179,7 @@ impl Experiment {
             .call1((ok(py, self.0.settings())?,))
     }
 
+    /// The experiment as TOML with all defaults. Files have their names in a run's directory.
     fn to_toml(&self) -> String {
         self.0.to_toml()
     }
@@ -168,11 +187,7 @@ impl Experiment {
 
 /// Fitness, measures and traces of genomes, and what they were computed by.
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    clippy::fn_params_excessive_bools,
-    reason = "they are those of `oneiro.evaluate`"
-)]
+#[expect(clippy::too_many_arguments, reason = "they are those of `oneiro.evaluate`")]
 pub(crate) fn evaluate<'py>(
     py: Python<'py>,
     experiment: &Bound<'py, Experiment>,
@@ -183,7 +198,7 @@ pub(crate) fn evaluate<'py>(
     lives: usize,
     common_starts: bool,
     backend: &str,
-    descriptors: bool,
+    descriptors: Vec<String>,
     traces: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -204,14 +219,14 @@ pub(crate) fn evaluate<'py>(
         lives,
         common_starts,
         backend,
-        descriptors,
+        descriptors: &descriptors,
         as_in_run,
         traces,
     };
     let task = Task::default();
     let work = || oneiro_host::api::evaluate::evaluate(experiment, &request, &task);
     let steps = (count.saturating_mul(lives) as u64).saturating_mul(ok(py, experiment.cycles())?.into());
-    let outcome: Outcome = if steps <= SHORT && !traces && !descriptors {
+    let outcome: Outcome = if steps <= SHORT && !traces && descriptors.is_empty() {
         done(py, work)?
     } else {
         watched(py, &task, progress, work)?
@@ -219,15 +234,14 @@ pub(crate) fn evaluate<'py>(
     let result = PyDict::new(py);
     let shape = [count, lives];
     result.set_item("fitness", PyArray1::from_vec(py, outcome.fitness).reshape(shape)?)?;
-    if descriptors {
-        let each = outcome.descriptors.len() / (count * lives);
+    if !descriptors.is_empty() {
         let values: Bound<'_, PyArray3<f64>> =
-            PyArray1::from_vec(py, outcome.descriptors).reshape([count, lives, each])?;
+            PyArray1::from_vec(py, outcome.descriptors).reshape([count, lives, descriptors.len()])?;
         result.set_item("descriptors", values)?;
     }
     if traces {
         let cycles = ok(py, experiment.cycles())? as usize;
-        let each = outcome.traces.len() / (count * lives * cycles);
+        let each = ok(py, experiment.trace_columns())?.len();
         let words: Bound<'_, PyArray4<u32>> =
             PyArray1::from_vec(py, outcome.traces).reshape([count, lives, cycles, each])?;
         result.set_item("traces", words)?;

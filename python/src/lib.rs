@@ -6,6 +6,7 @@
     reason = "Python's arguments are converted to values of these types"
 )]
 
+mod controller;
 mod evolution;
 mod experiment;
 mod recorded;
@@ -123,6 +124,7 @@ fn class<T: pyo3::PyTypeInfo>(py: Python<'_>) -> Bound<'_, PyType> {
 fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<experiment::Experiment>()?;
+    module.add_class::<controller::Controllers>()?;
     module.add_class::<evolution::Evolution>()?;
     module.add_class::<recorded::Run>()?;
     module.add_class::<stepped::Stepped>()?;

@@ -3,6 +3,7 @@
 import ast
 import inspect
 import re
+from pathlib import Path
 
 import pytest
 from conftest import ROOT
@@ -15,8 +16,9 @@ TEXT = (ROOT / "docs/python.md").read_text()
 SECTIONS = {
     "Experiments": [oneiro.Experiment],
     "Evaluating genomes": [oneiro.Outcome],
-    "Evolutions": [oneiro.Evolution],
+    "Evolutions": [oneiro.Evolution, oneiro.Archive],
     "Runs and sweeps": [oneiro.Run, oneiro.Sweep, Champion],
+    "Controllers alone": [oneiro.Controller],
     "Notebooks": [oneiro.Watch],
     "Callbacks": [oneiro.Callback],
     "With others' optimisers": [oneiro.Recorder],
@@ -39,8 +41,8 @@ def code(text):
 
 def members(kind):
     """Those of the class, and those that its methods set."""
-    is_native = kind is oneiro.Experiment
-    return {*dir(kind), *([] if is_native else re.findall(r"self\.(\w+) = ", inspect.getsource(kind)))}
+    sources = [inspect.getsource(own) for own in vars(kind).values() if inspect.isfunction(own)]
+    return {*dir(kind), *re.findall(r"self\.(\w+) = ", "".join(sources))}
 
 
 def public(kind):
@@ -176,3 +178,23 @@ def test_there_is_such_a_block():
 def test_a_page_that_is_wrong_is_noticed(old, new, check):
     text = re.sub(re.escape(old), new.replace("\\", ""), TEXT)
     assert text != TEXT and check(text)
+
+
+def test_everything_says_what_it_is():
+    """At run time too, as the stubs say it; and nothing is of a module that users don't see."""
+    stub = ast.parse((Path(oneiro.__file__).parent / "_native.pyi").read_text())
+    (experiment,) = [own for own in stub.body if getattr(own, "name", None) == "Experiment"]
+    documented = [own for own in experiment.body if isinstance(own, ast.FunctionDef) and ast.get_docstring(own)]
+    assert len(documented) > 10
+    for own in documented:
+        words = inspect.getdoc(getattr(oneiro.Experiment, own.name)).split()
+        assert words == ast.get_docstring(own).split(), own.name
+    for name in oneiro.__all__:
+        value = getattr(oneiro, name, None)
+        if inspect.isclass(value) or inspect.isfunction(value):
+            assert inspect.getdoc(value) and value.__module__ == "oneiro", name
+        if inspect.isclass(value):
+            members = vars(value).items()
+            for member, own in members:
+                if not member.startswith("_") and (callable(own) or isinstance(own, property)):
+                    assert inspect.getdoc(own), f"{name}.{member}"

@@ -143,9 +143,8 @@ def test_keys_name_lives(avoidance):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"genomes": np.zeros((2, 17))}, "genomes: have 17 genes; allowed: 18"),
-        ({"genomes": np.zeros((0, 18))}, r"genomes: have the shape \[0, 18\]; allowed: \[n, genes\], n from 1"),
-        ({"genomes": np.full((2, 18), np.nan)}, r"rollouts\[0\].genes\[0\]: is NaN"),
+        ({"genomes": np.zeros((2, 17))}, r"genomes: have the shape \[2, 17\]; allowed: \[n, 18\]"),
+        ({"genomes": np.full((2, 18), np.nan)}, r"genomes\[0, 0\]: is NaN"),
         ({"keys": [1.5, 2]}, "keys: aren't whole numbers"),
         ({"keys": [1, 2, 3]}, r"keys: have the shape \[3\]; allowed: \[2\] or \[2, 2\]"),
         ({"seed": -1}, "seed: is -1; allowed: a whole number, 0 to 9223372036854775807"),
@@ -237,3 +236,37 @@ def test_control_c_stops():
     note, shape = rest.splitlines()
     assert note.endswith("to start again") and "command" not in note and shape == "(1, 1)"
     assert seconds < 20
+
+
+def test_measures_by_name_are_those_of_all(avoidance):
+    genomes = avoidance.bounds.clip(-4, 4).T.repeat(40, axis=0)
+    every = oneiro.evaluate(avoidance, genomes, seed=2, lives=2, backend="cpu", descriptors=True)
+    names = avoidance.descriptor_names
+    for wanted in (["stuck_s"], ["end_y_mm", "end_x_mm"], ["cells", "wall_distance_mm", "cells"], names[::-1]):
+        own = oneiro.evaluate(avoidance, genomes, seed=2, lives=2, backend="cpu", descriptors=wanted)
+        places = [names.index(name) for name in wanted]
+        assert own.descriptors.tobytes() == np.ascontiguousarray(every.descriptors[..., places]).tobytes(), wanted
+        assert own.fitness.tobytes() == every.fitness.tobytes()
+    assert oneiro.evaluate(avoidance, genomes, seed=2, descriptors=[]).descriptors is None
+    for wrong in ("cells", ["cell"]):
+        with pytest.raises(oneiro.InputError, match="descriptors: .*allowed: "):
+            oneiro.evaluate(avoidance, genomes, seed=2, descriptors=wrong)
+
+
+def test_no_genomes_have_empty_results(avoidance):
+    nobody = np.zeros((0, avoidance.genes))
+    outcome = oneiro.evaluate(avoidance, nobody, seed=1, lives=3, backend="cpu", descriptors=True, traces=True)
+    assert outcome.fitness.shape == (0, 3) and outcome.device.startswith("cpu")
+    assert outcome.descriptors.shape == (0, 3, len(avoidance.descriptor_names))
+    assert outcome.traces.shape == (0, 3, 60) and "x_mm" in outcome.traces.dtype.names
+    assert "0 genomes" in repr(outcome)
+    with pytest.raises(oneiro.InputError, match="descriptors: "):
+        oneiro.evaluate(avoidance, nobody, seed=1, descriptors=["cell"])
+
+
+def test_a_gene_that_is_no_number_is_named(avoidance):
+    genomes = np.zeros((5, avoidance.genes))
+    genomes[3, 2] = np.nan
+    for more in ({}, {"lives": 2}, {"descriptors": True}):
+        with pytest.raises(oneiro.InputError, match=r"^genomes\[3, 2\]: is NaN; allowed: -1000000 to 1000000$"):
+            oneiro.evaluate(avoidance, genomes, seed=1, **more)

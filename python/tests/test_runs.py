@@ -104,6 +104,74 @@ def test_behaviour_is_told():
     assert states[0] == states[1] == states[2] != states[3]
 
 
+def test_archives_are_those_of_the_run(tmp_path):
+    settings = {key: value for key, value in SET.items() if key != "evolution.parents"}
+    exp = oneiro.Experiment.load(AVOIDANCE, set={**settings, **BEHAVIOUR})
+    evolution = oneiro.Evolution(exp, seed=1)
+    assert len(evolution.archive.cells) == 0 and evolution.archive.coverage == 0.0
+    while not evolution.is_finished:
+        names = evolution.descriptor_names
+        outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, backend="cpu", descriptors=names)
+        evolution.tell(outcome.fitness, outcome.descriptors)
+    run = oneiro.run(exp, seed=1, out=tmp_path / "run", backend="cpu")
+    told, recorded = evolution.archive, run.archive
+    assert len(told.cells) > 10 and told.descriptor_names == recorded.descriptor_names == names
+    for own, other in zip(told[:4], recorded[:4], strict=True):
+        assert own.dtype == other.dtype or own is told.cells
+        assert np.array_equal(own, other)
+    assert told[5:] == recorded[5:]
+    assert told.coverage == len(told.cells) / 100 and "elites" in repr(told)
+    # Each is in the cell of its behaviour.
+    places = (told.descriptors / 100).astype(int).clip(0, 9)
+    assert (places[:, 0] * 10 + places[:, 1] == told.cells).all()
+    table = recorded.table
+    assert list(table) == ["cell", "fitness", *names] and len(table["cell"]) == len(told.cells)
+    lines = (tmp_path / "run/archive.csv").read_text().splitlines()
+    (tmp_path / "run/archive.csv").write_text("\n".join(lines[:-1]))
+    with pytest.raises(oneiro.CorruptError, match="archive.csv is not what was recorded"):
+        run.archive  # noqa: B018
+
+
+def test_strategies_show_their_distribution(short):
+    plain = oneiro.Evolution(short, seed=1)
+    assert plain.archive is None and plain.mean is None and plain.sigma is None
+    settings = {key: value for key, value in SET.items() if key != "evolution.parents"}
+    for kind in ("cma-es", "sep-cma-es", "open-es"):
+        exp = oneiro.Experiment.load(
+            AVOIDANCE, set={**settings, "evolution.kind": kind, "evolution.strategy.sigma": 0.25}
+        )
+        evolution = oneiro.Evolution(exp, seed=1)
+        assert evolution.sigma == 0.25 and evolution.mean.shape == (exp.genes,)
+        first = evolution.mean
+        # The mean of many samples is near to that of the distribution.
+        assert np.abs(evolution.ask().mean(axis=0) - first).max() < 5.0
+        evolution.tell(-np.square(evolution.ask()).sum(axis=1))
+        assert not np.array_equal(evolution.mean, first)
+        assert (evolution.sigma == 0.25) == (kind == "open-es")
+
+
+def test_adopted_genomes_are_a_run(short, tmp_path):
+    low, high = short.bounds.clip(-5, 5).T
+    genomes = np.random.default_rng(3).uniform(low, high, (6, short.genes)).astype(np.float32)
+    np.save(tmp_path / "genomes.npy", genomes)
+    there = ("--out", tmp_path / "there", "--trials", 5, "--seed", 2, "--backend", "cpu")
+    program("adopt", AVOIDANCE, "--genomes", tmp_path / "genomes.npy", *there, *SETTINGS)
+    run = oneiro.adopt(short, genomes, seed=2, out=tmp_path / "here", trials=5, backend="cpu")
+    for file in ("champion.npy", "population.npy", "fitness.npy", "generations.csv"):
+        assert (tmp_path / "here" / file).read_bytes() == (tmp_path / "there" / file).read_bytes(), file
+    assert any(np.array_equal(run.champion.genome, own) for own in genomes)
+    table = {name: genomes[:, place] for place, name in reversed(list(enumerate(short.gene_names)))}
+    assert oneiro.adopt(short, table, seed=2, out=tmp_path / "by-name", trials=5, backend="cpu").result == run.result
+    for call, message in [
+        (lambda: oneiro.adopt(short, genomes[:, 1:], seed=2, out=tmp_path / "bad"), "genomes: have the shape"),
+        (lambda: oneiro.adopt(short, genomes, seed=2, out=tmp_path / "bad", trials=1), "trials: is 1"),
+        (lambda: oneiro.adopt(short, genomes * np.nan, seed=2, out=tmp_path / "bad"), "genomes.npy"),
+    ]:
+        with pytest.raises(oneiro.InputError, match=message):
+            call()
+    assert not (tmp_path / "bad").exists()
+
+
 DESCRIPTOR = {"measure": "mean_speed_mm_s", "least": 0.0, "greatest": 80.0, "cells": 40}
 PLACES = [{"measure": measure, "least": 0.0, "greatest": 600.0} for measure in ("end_x_mm", "end_y_mm")]
 # What optimisers take besides the values below, or another experiment.
@@ -135,10 +203,9 @@ def test_every_kind_that_is_told_is_its_run(short, tmp_path):
         evolution = oneiro.Evolution(exp, seed=5)
         while not evolution.is_finished:
             genomes = evolution.ask()
-            outcome = oneiro.evaluate(
-                exp, genomes, seed=5, keys=evolution.keys, lives=exp.trials, backend="cpu", descriptors=True
-            )
-            evolution.tell(outcome.fitness, outcome.descriptors if evolution.descriptor_names else None)
+            names = evolution.descriptor_names
+            outcome = oneiro.evaluate(exp, genomes, seed=5, keys=evolution.keys, backend="cpu", descriptors=names)
+            evolution.tell(outcome.fitness, outcome.descriptors)
         assert evolution.generation >= 3, kind
         oneiro.run(exp, seed=5, out=tmp_path / kind, backend="cpu")
         assert genomes.tobytes() == np.load(tmp_path / kind / "population.npy").tobytes(), kind

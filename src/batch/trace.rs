@@ -4,6 +4,15 @@ use std::ops::Deref;
 
 use super::Record;
 
+/// Takes a line of words apart: its record, and its details.
+///
+/// # Panics
+/// If there are fewer words than a record has.
+pub fn parts_of(line: &[u32]) -> (&Record, &[u32]) {
+    let (record, details) = line.split_at(WORDS);
+    (bytemuck::from_bytes(bytemuck::cast_slice(record)), details)
+}
+
 /// Words of a record.
 const WORDS: usize = size_of::<Record>() / size_of::<u32>();
 
@@ -16,7 +25,7 @@ pub struct Trace {
 
 impl Trace {
     /// Reads lines of `width` words each: a record, and its details.
-    pub(super) fn read(words: &[u32], width: usize) -> Self {
+    pub fn read(words: &[u32], width: usize) -> Self {
         let mut trace = Self::default();
         for line in words.chunks_exact(width) {
             let (record, details) = line.split_at(WORDS);

@@ -46,7 +46,7 @@ impl Evaluator for Audited {
         let batch = part.batch();
         let Self { evaluator, cpu, .. } = self;
         let (here, there) = thread::scope(|scope| {
-            let here = scope.spawn(|| cpu.run(batch, &chosen, control, false));
+            let here = scope.spawn(|| cpu.run(batch, &chosen, control, false, None));
             let there = evaluator.evaluate_part(part, control);
             (here.join().unwrap_or_else(|panic| resume_unwind(panic)), there)
         });

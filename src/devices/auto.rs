@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use oneiro_shaders::Kernel;
 
-use crate::batch::{Part, PartResult};
+use crate::batch::{Batch, Observer, Outcome, Part, PartResult};
 use crate::devices::background;
 use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
@@ -204,10 +204,15 @@ impl Auto {
     /// Runs a part on the CPU.
     fn on_cpu(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
         let (result, seconds) = self.cpu.evaluate(part, control, &mut self.warnings)?;
+        self.count(part, seconds);
+        Ok(result)
+    }
+
+    /// Counts CPU time that the GPU might have saved.
+    fn count(&mut self, part: &Part<'_>, seconds: f64) {
         if seconds >= LEAST_CPU_TIME {
             *self.spent.entry(Kind::of(part)).or_default() += seconds;
         }
-        Ok(result)
     }
 }
 
@@ -303,6 +308,22 @@ impl Evaluator for Auto {
                 return Ok(pieces.unwrap_or_default());
             }
         }
+    }
+
+    fn observe(&mut self, batch: &Batch, control: &Control, observer: Observer<'_>) -> Result<Outcome, Error> {
+        let part = batch.all();
+        if self.is_for_gpu(&part) {
+            let result = self.evaluate_part(&part, control)?;
+            return Ok(batch.observed(result, observer));
+        }
+        let start = Instant::now();
+        let done = self.cpu.evaluator.observe(batch, control, observer);
+        pass_on(self.cpu.evaluator.as_ref(), &mut self.cpu.heard, &mut self.warnings);
+        let seconds = start.elapsed().as_secs_f64();
+        let outcome = done?;
+        self.cpu.record(&part, seconds);
+        self.count(&part, seconds);
+        Ok(outcome)
     }
 
     fn warnings(&self) -> &[String] {

@@ -3,6 +3,7 @@
 mod affinity;
 
 use std::num::NonZero;
+use std::ops::Range;
 use std::thread;
 use std::time::Instant;
 
@@ -10,7 +11,7 @@ use oneiro_shaders::episode::{Dispatch, Group};
 use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
-use crate::batch::{Batch, LANES, Part, PartResult, Worlds};
+use crate::batch::{Batch, LANES, Observer, Outcome, Part, PartResult, Worlds};
 use crate::devices::code::{LaneCode, Specialised, interpreted_because, interpreter, interprets};
 use crate::devices::threads::startable;
 use crate::devices::variants::Specialise;
@@ -25,6 +26,8 @@ const SLOW: &str = "; kernels composed at run time are interpreted, which is slo
 /// without any. So a loop may take one pass more than the bound says, which is at most twice as many for each loop around
 /// it: this is for ten.
 const MARGIN: u64 = 1 << 10;
+/// Records of each episode that an observer is shown at a time: those of a call's lanes stay in a core's cache.
+const SHOWN: u32 = 64;
 /// Most turns of loops between such checks, for kernels that loop much in a cycle.
 const TURNS_OF_CHUNK: u32 = 10_000_000;
 
@@ -157,17 +160,25 @@ impl Cpu {
     }
 
     /// Runs some groups of a batch and returns results in the order of `groups`. With `report_progress`, `control`
-    /// counts the steps.
+    /// counts the steps. With an observer the results have no traces.
     pub(crate) fn run(
         &self,
         batch: &Batch,
         groups: &[u32],
         control: &Control,
         report_progress: bool,
+        observer: Option<Observer<'_>>,
     ) -> Result<PartResult, Error> {
         let parts: Vec<Part<'_>> = groups.iter().map(|&group| batch.part(group..group + 1)).collect();
         let code = self.choose(batch.kernel(), &parts)?;
-        let mut result = PartResult::blank(batch, parts.len() * LANES)?;
+        let mut result = match observer {
+            Some(_) => PartResult::untraced(batch, parts.len() * LANES)?,
+            None => PartResult::blank(batch, parts.len() * LANES)?,
+        };
+        let shown = observer.map(|observer| Shown {
+            observer,
+            rollouts: batch.rollouts_by_slot(),
+        });
         if batch.keeps_states() {
             let states = result.states.chunks_exact_mut(LANES * batch.state_words());
             for (part, states_of_part) in parts.iter().zip(states).filter(|(part, _)| !part.states().is_empty()) {
@@ -194,6 +205,7 @@ impl Cpu {
                 steps,
                 fitness: written(fitness.next().unwrap_or_default()),
                 trace: traces.next().map(written),
+                shown: shown.as_ref(),
                 states: states.next().map(written),
             })
             .collect();
@@ -264,6 +276,22 @@ impl Cpu {
         }
     }
 
+    /// Runs a part, and warns if it has to be interpreted.
+    fn run_part(
+        &mut self,
+        part: &Part<'_>,
+        control: &Control,
+        observer: Option<Observer<'_>>,
+    ) -> Result<PartResult, Error> {
+        let groups: Vec<u32> = part.groups().collect();
+        let result = self.run(part.batch(), &groups, control, true, observer);
+        let of_code = interpreted_because(part.kernel()).map(|problem| {
+            format!("{problem}; the kernel is interpreted instead, which is slow: make its parts smaller")
+        });
+        self.warn(of_code);
+        result
+    }
+
     /// Warns of something, once.
     fn warn(&mut self, warning: Option<String>) {
         self.warnings
@@ -302,13 +330,12 @@ impl Evaluator for Cpu {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        let groups: Vec<u32> = part.groups().collect();
-        let result = self.run(part.batch(), &groups, control, true);
-        let of_code = interpreted_because(part.kernel()).map(|problem| {
-            format!("{problem}; the kernel is interpreted instead, which is slow: make its parts smaller")
-        });
-        self.warn(of_code);
-        result
+        self.run_part(part, control, None)
+    }
+
+    fn observe(&mut self, batch: &Batch, control: &Control, observer: Observer<'_>) -> Result<Outcome, Error> {
+        let result = self.run_part(&batch.all(), control, Some(observer))?;
+        Ok(batch.outcome_of(&result, &[]))
     }
 
     fn warnings(&self) -> &[String] {
@@ -340,6 +367,12 @@ fn cost(name: &str, lanes: u32) -> f32 {
     45.0 + each_lane * lanes as f32
 }
 
+/// Who is shown the traces of episodes, and which episode is in each slot of the batch.
+struct Shown<'a> {
+    observer: Observer<'a>,
+    rollouts: Vec<u32>,
+}
+
 /// Episodes of one group, and the destination of their results.
 struct GroupRun<'a> {
     part: &'a Part<'a>,
@@ -349,8 +382,9 @@ struct GroupRun<'a> {
     /// Counter of steps, if wanted.
     steps: Option<&'a Control>,
     fitness: Words,
-    /// `None` without a trace.
+    /// `None` without a trace, and if an observer is shown the trace instead.
     trace: Option<Words>,
+    shown: Option<&'a Shown<'a>>,
     /// `None` if states aren't requested. Otherwise they also hold the states that episodes begin with.
     states: Option<Words>,
 }
@@ -383,9 +417,45 @@ impl GroupRun<'_> {
             own_states.resize(LANES * batch.state_words(), 0);
             written(&mut own_states)
         });
-        // A buffer is never empty.
-        let mut no_trace = vec![0_u32; batch.record_words()];
-        let trace = self.trace.unwrap_or_else(|| written(&mut no_trace));
+        let Some(shown) = self.shown else {
+            // A buffer is never empty.
+            let mut no_trace = vec![0_u32; batch.record_words()];
+            let trace = self.trace.unwrap_or_else(|| written(&mut no_trace));
+            return self.simulate(call, active, cycles, states, trace, part.trace_records());
+        };
+        let every = part.trace_every();
+        let slot = part.groups().start * LANES as u32 + first_lane as u32;
+        let width = batch.record_words();
+        let piece = SHOWN.saturating_mul(every);
+        let mut lines = vec![0; LANES * SHOWN as usize * width];
+        for begin in cycles.clone().step_by(piece as usize) {
+            let end = begin.saturating_add(piece).min(cycles.end);
+            self.simulate(call, active, begin..end, states, written(&mut lines), SHOWN)?;
+            let count = (end - begin).div_ceil(every) as usize * width;
+            for (lane, slot) in (0..active.rollouts).zip(slot..) {
+                let own = &mut lines[(first_lane + lane as usize) * SHOWN as usize * width..][..count];
+                (shown.observer)(shown.rollouts[slot as usize] as usize, batch.written(slot, own));
+                if batch.may_end_early(slot) {
+                    own.fill(0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Simulates some cycles of one call's lanes. The trace has room for so many records of each slot.
+    fn simulate(
+        &self,
+        call: usize,
+        active: Group,
+        cycles: Range<u32>,
+        states: Words,
+        trace: Words,
+        records: u32,
+    ) -> Result<(), Error> {
+        let part = self.part;
+        let batch = part.batch();
+        let first_lane = call * self.code.lanes() as usize;
         for begin in cycles.clone().step_by(self.chunk as usize) {
             if self.control.is_cancelled() {
                 return Err(Error::Cancelled);
@@ -395,8 +465,8 @@ impl GroupRun<'_> {
                 step_begin: begin,
                 step_end: end,
                 trace_every: part.trace_every(),
-                trace_records: part.trace_records(),
-                trace_begin: batch.cycles().start,
+                trace_records: records,
+                trace_begin: cycles.start,
                 first_input: part.first_input(),
                 state_words: batch.state_words() as u32,
                 record_words: batch.record_words() as u32,

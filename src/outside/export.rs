@@ -127,6 +127,11 @@ pub struct Recorded {
 }
 
 impl State {
+    /// Its words, which [`Controller::restored`] takes.
+    pub fn words(&self) -> &[u32] {
+        &self.0
+    }
+
     /// The number of the next cycle.
     pub fn cycle(&self) -> u32 {
         self.0[3]
@@ -314,6 +319,29 @@ impl Controller {
         State(words)
     }
 
+    /// The state before the first cycle of the episode with this key. In a swarm, it is that of its robot.
+    pub fn begin(&self, key: Key) -> State {
+        let mut words = key.words;
+        if self.world.spec().robot.members().is_some() {
+            // As physics/members.wgsl gives each robot its key.
+            let [first, second, ..] = pcg4d([words[0], words[1], 0, 0xff00 + self.robot]);
+            words = [first, second];
+        }
+        self.reset(words, key.trial)
+    }
+
+    /// A state that was saved as words.
+    ///
+    /// # Errors
+    /// Another number of words than this controller's states have.
+    pub fn restored(&self, words: &[u32]) -> Result<State, Invalid> {
+        if words.len() == self.readings_begin() {
+            return Ok(State(words.to_vec()));
+        }
+        let problem = format!("has {} words; allowed: {}", words.len(), self.readings_begin());
+        Err(Invalid::new("state", problem))
+    }
+
     /// The outputs of a cycle, 0 to 1 each: for the left and for the right wheel.
     ///
     /// # Errors
@@ -369,22 +397,17 @@ impl Controller {
         let batch = Worlds::new(&[&world])?.batch(&[rollout], Some(TraceRequest { every: 1 }))?;
         let mut outcome = device.evaluate(&batch, &Control::new())?;
         let mut trace = outcome.traces.pop().unwrap_or_default();
-        let mut words = key.words;
         if is_swarm {
             trace = trace.by_robot(robots).swap_remove(self.robot as usize);
-            // As physics/members.wgsl gives each robot its key.
-            let [first, second, ..] = pcg4d([words[0], words[1], 0, 0xff00 + self.robot]);
-            words = [first, second];
         }
-        self.compared(&world, &trace, words, key.trial)
+        self.compared(&world, &trace, self.begin(key))
     }
 
     /// The cycles of a trace.
-    fn compared(&self, world: &World, trace: &Trace, key: [u32; 2], trial: u32) -> Result<Vec<Recorded>, Error> {
+    fn compared(&self, world: &World, trace: &Trace, mut after: State) -> Result<Vec<Recorded>, Error> {
         let details = world.details().iter().enumerate();
         let of_readings = details.filter(|(_, detail)| detail.kind == DetailKind::Perceived);
         let places: Vec<usize> = of_readings.map(|(place, _)| place).collect();
-        let mut after = self.reset(key, trial);
         let mut cycles = Vec::with_capacity(trace.len());
         for (record, details) in trace.lines() {
             let before = after.clone();

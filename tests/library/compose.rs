@@ -3,15 +3,15 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use oneiro::arena::{Arena, Block, Obstacle};
 use oneiro::backend::Specialise;
-use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
+use oneiro::batch::{self, Batch, Outcome, PartResult, Rollout, Trace, TraceRequest};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part, Rule};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential};
-use oneiro::evaluator::{Control, Evaluator};
+use oneiro::evaluator::{Control, Device, Error, Evaluator};
 use oneiro::foraging::Forager;
 use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
@@ -267,6 +267,49 @@ fn a_task_has_values_a_state_an_end_and_a_score() {
     assert!(never.iter().zip(&fitness).filter(|(a, b)| a != b).count() >= ended as usize);
     let (heavier, _) = of(&[("last", 1.0)]);
     assert_ne!(heavier, fitness);
+}
+
+/// A device that shows traces once all have been simulated, as a GPU does.
+struct Afterwards(Cpu);
+
+impl Evaluator for Afterwards {
+    fn device(&self) -> Device {
+        self.0.device()
+    }
+
+    fn evaluate_part(&mut self, part: &batch::Part<'_>, control: &Control) -> Result<PartResult, Error> {
+        self.0.evaluate_part(part, control)
+    }
+}
+
+/// An observer is shown the words of traces, also of episodes that end early, however many cycles are simulated at a time.
+#[test]
+fn an_observer_is_shown_the_traces() {
+    let world = world(WHOLE, &[], &|_| {});
+    for every in [1, 7, 150] {
+        let episodes = batch(&world, 100, Some(TraceRequest { every }));
+        let cpu = || Cpu::new(Some(2)).unwrap();
+        let whole = cpu().evaluate(&episodes, &Control::new()).unwrap();
+        let longest = whole.traces.iter().map(|trace| trace.len()).max().unwrap();
+        assert!(whole.traces.iter().any(|trace| trace.len() < longest));
+        let devices: [Box<dyn Evaluator>; 3] = [
+            Box::new(cpu()),
+            Box::new(cpu().with_chunk(10)),
+            Box::new(Afterwards(cpu())),
+        ];
+        for (mut device, number) in devices.into_iter().zip(0..) {
+            let shown: Vec<_> = whole.traces.iter().map(|_| Mutex::new(Vec::new())).collect();
+            let observe = |episode: usize, words: &[u32]| shown[episode].lock().unwrap().extend_from_slice(words);
+            let outcome = device.observe(&episodes, &Control::new(), &observe).unwrap();
+            assert!(outcome.traces.is_empty());
+            let bits = |fitness: &[f32]| fitness.iter().map(|own| own.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&outcome.fitness), bits(&whole.fitness));
+            for (trace, words) in whole.traces.iter().zip(shown) {
+                let words = words.into_inner().unwrap();
+                assert!(trace.words().eq(words), "device {number}, every {every}");
+            }
+        }
+    }
 }
 
 fn surrogate(spec: &mut WorldSpec) {

@@ -553,6 +553,11 @@ impl Optimizer for Cma {
         }
     }
 
+    fn distribution(&self) -> Option<(Vec<f32>, f64)> {
+        let Distribution { mean, sigma, .. } = &self.state.distribution;
+        Some((self.space.genome(mean), *sigma))
+    }
+
     fn generation(&self) -> u32 {
         self.state.generation
     }

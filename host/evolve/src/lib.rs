@@ -191,6 +191,11 @@ pub trait Optimizer: Debug + Send + Sync {
         None
     }
 
+    /// The genome around which a strategy samples, and its step size in halves of the genes' initial ranges.
+    fn distribution(&self) -> Option<(Vec<f32>, f64)> {
+        None
+    }
+
     /// The two populations of one that has them.
     fn coevolution(&self) -> Option<&Coevolution> {
         None

@@ -183,6 +183,10 @@ impl Optimizer for OpenEs {
         NAME
     }
 
+    fn distribution(&self) -> Option<(Vec<f32>, f64)> {
+        Some((self.space.genome(&self.state.centre), self.sigma))
+    }
+
     fn generation(&self) -> u32 {
         self.state.generation
     }

@@ -403,6 +403,11 @@ impl Space {
         kept(0.5 * (low + high) + 0.5 * (high - low) * at, bounds)
     }
 
+    /// The genes at such places.
+    pub(crate) fn genome(&self, at: &[f64]) -> Vec<f32> {
+        at.iter().enumerate().map(|(gene, at)| self.gene(gene, *at)).collect()
+    }
+
     /// Half of a gene's initial range.
     pub(crate) fn half(&self, gene: usize) -> f64 {
         let [low, high] = self.0[gene].initial;

@@ -1,6 +1,8 @@
 //! Fitness, measures and traces of genomes.
 
-use oneiro::batch::{LANES, Rollout, Trace};
+use std::sync::{Mutex, PoisonError};
+
+use oneiro::batch::{GREATEST_GENE, LANES, Rollout, WorldKind, parts_of};
 use oneiro::compose::Scalar;
 use oneiro::evaluator::{Device, Evaluator};
 use oneiro::random::Keys as GenerationKeys;
@@ -8,8 +10,8 @@ use oneiro::world::World;
 use oneiro_base::exit::Failure;
 use oneiro_evolve::Population;
 use oneiro_lab::experiment::check_seed;
-use oneiro_lab::lives::measures::{Measures, descriptors};
-use oneiro_lab::lives::{Keys, LifeIndex, Lives};
+use oneiro_lab::lives::measures::{Descriptor, Measures, descriptors};
+use oneiro_lab::lives::{Keys, LifeIndex, Lines, Lives};
 use oneiro_lab::runs::single::trace::TraceTable;
 
 use super::device;
@@ -25,10 +27,6 @@ const GREATEST: usize = 1 << 32;
 pub type TraceColumn = (String, Scalar);
 
 /// What to evaluate.
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each says of one thing whether it is wanted, as Python's arguments do"
-)]
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
     /// Genomes, one after the other.
@@ -44,8 +42,8 @@ pub struct Request<'a> {
     pub common_starts: bool,
     /// The device, as `--backend` names it.
     pub backend: &'a str,
-    /// Whether to measure lives.
-    pub descriptors: bool,
+    /// Names of the measures wanted of lives.
+    pub descriptors: &'a [String],
     /// Whether episodes are measured as in a run, for [`Evolution::tell`](super::experiment::Evolution::tell): without the end of their
     /// last cycle, since a run's episodes aren't prolonged to see it. Otherwise `oneiro evaluate --measures` has the same numbers.
     pub as_in_run: bool,
@@ -58,7 +56,7 @@ pub struct Request<'a> {
 pub struct Outcome {
     /// Fitness.
     pub fitness: Vec<f32>,
-    /// Measures, those of a life together; empty if they weren't requested.
+    /// Measures, those of a life together in the order of the request; empty if they weren't requested.
     pub descriptors: Vec<f64>,
     /// Words of each cycle's columns, for as many cycles as a life has at most: zeros from an early end on. Empty if they weren't
     /// requested.
@@ -83,12 +81,21 @@ pub fn evaluate(experiment: &Experiment, request: &Request<'_>, task: &Task) -> 
     let world = experiment.world()?;
     let genes = world.genes();
     let count = request.genomes.len() / genes;
-    if count * genes != request.genomes.len() || count == 0 {
+    if count * genes != request.genomes.len() {
         let problem = format!(
-            "genomes: are {} genes; allowed: one or more genomes of {genes} each",
+            "genomes: are {} genes; allowed: genomes of {genes} each",
             request.genomes.len()
         );
         return Err(Error::input(problem));
+    }
+    let is_allowed = |gene: &f32| gene.abs() <= GREATEST_GENE;
+    if let Some(place) = request.genomes.iter().position(|gene| !is_allowed(gene)) {
+        return Err(Error::input(format_args!(
+            "genomes[{}, {}]: is {}; allowed: -{GREATEST_GENE} to {GREATEST_GENE}",
+            place / genes,
+            place % genes,
+            request.genomes[place]
+        )));
     }
     if request.lives == 0 || count.saturating_mul(request.lives) > GREATEST {
         let problem = format!("lives: is {}; allowed: 1 and more, 2^32 in all", request.lives);
@@ -102,7 +109,9 @@ pub fn evaluate(experiment: &Experiment, request: &Request<'_>, task: &Task) -> 
     device::threaded(|| {
         device::with(request.backend, |evaluator| {
             let warned = evaluator.warnings().len();
-            let mut outcome = if request.descriptors || request.traces {
+            let mut outcome = if count == 0 {
+                named_measures(world, request.descriptors).map(|_| Outcome::default())
+            } else if !request.descriptors.is_empty() || request.traces {
                 watched(world, request, evaluator, task)
             } else {
                 fitness(experiment, request, evaluator, task)
@@ -203,11 +212,7 @@ fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, 
         }
         traces.resize(count * words, 0);
     }
-    let measures = if request.descriptors {
-        descriptors(world)
-    } else {
-        Vec::new()
-    };
+    let measures = named_measures(world, request.descriptors)?;
     let mut outcome = Outcome {
         fitness: vec![f32::NAN; count],
         descriptors: vec![f64::NAN; count * measures.len()],
@@ -216,26 +221,45 @@ fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, 
         ..Outcome::default()
     };
     let index = |life: LifeIndex| life.genome * request.lives + life.number;
-    let trace = |life: LifeIndex, first: u32, records: &Trace| {
-        if request.traces {
-            let first = index(life) * words + first as usize * table.scalars().len();
-            let lived = records
-                .lines()
-                .flat_map(|(record, details)| table.words(record, details));
-            for (place, word) in outcome.traces[first..].iter_mut().zip(lived) {
+    let width = world.record_words() as usize;
+    let (columns, lengths) = (table.scalars().len(), outcome.lengths.iter_mut());
+    let places = outcome.traces.chunks_exact_mut(words.max(1)).zip(lengths);
+    let places: Vec<_> = places.map(Mutex::new).collect();
+    let trace = |life: LifeIndex, first: u32, lines: &[u32]| {
+        let (own, length) = &mut *places[index(life)].lock().unwrap_or_else(PoisonError::into_inner);
+        let own = own[first as usize * columns..].chunks_exact_mut(columns);
+        for (places, line) in own.zip(lines.chunks_exact(width)) {
+            let (record, details) = parts_of(line);
+            for (place, word) in places.iter_mut().zip(table.words(record, details)) {
                 *place = word;
             }
-            outcome.lengths[index(life)] += records.len() as u32;
+            **length += 1;
         }
         Ok(())
     };
-    let ended = |life: LifeIndex, fitness: f32, own: &Measures| {
-        outcome.fitness[index(life)] = fitness;
-        let values = outcome.descriptors[index(life) * measures.len()..].iter_mut();
+    let trace: Option<Lines<'_>> = if request.traces { Some(&trace) } else { None };
+    let (fitness_of, descriptors_of) = (&mut outcome.fitness, &mut outcome.descriptors);
+    let mut ended = |life: LifeIndex, fitness: f32, own: &Measures| {
+        fitness_of[index(life)] = fitness;
+        let values = descriptors_of[index(life) * measures.len()..].iter_mut();
         for (place, descriptor) in values.zip(&measures) {
             *place = descriptor.value(own);
         }
     };
-    lives.measured(evaluator, &task.control, cycles, &measures, trace, ended)?;
+    lives.measured(evaluator, &task.control, cycles, &measures, trace, &mut ended)?;
+    drop(places);
     Ok(outcome)
+}
+
+/// A world's measures by their names.
+fn named_measures(world: &World, names: &[String]) -> Result<Vec<Descriptor>> {
+    let known = descriptors(world);
+    let named = |name: &String| {
+        let own = known.iter().find(|own| own.column.name == *name);
+        own.cloned().ok_or_else(|| {
+            let allowed: Vec<_> = known.iter().map(|own| &*own.column.name).collect();
+            Error::input(format!("descriptors: has {name:?}; allowed: {}", allowed.join(", ")))
+        })
+    };
+    names.iter().map(named).collect()
 }

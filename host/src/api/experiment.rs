@@ -13,6 +13,7 @@ use oneiro::world::World;
 use oneiro_base::columns;
 use oneiro_base::disk;
 use oneiro_base::exit::Failure;
+use oneiro_base::npy::npy;
 use oneiro_base::plain;
 use oneiro_base::sealed;
 use oneiro_evolve as evolve;
@@ -27,6 +28,7 @@ use oneiro_lab::runs::single::trace::TraceTable;
 
 use super::evaluate::TraceColumn;
 use super::{Error, Result};
+use crate::commands::adopt;
 
 /// What the states of evolutions are sealed as.
 const STATE: &str = "oneiro evolution";
@@ -83,6 +85,11 @@ impl Experiment {
     /// As [`Experiment::load`]; exit 6 if its files can't be written to the system's folder for temporary files, where they are for
     /// as long as this takes.
     pub fn from_portable(portable: &Portable, set: &[String]) -> Result<Self> {
+        Self::made(portable, |_| Setting::all_typed(set))
+    }
+
+    /// Makes it again, with settings that are given the folder where its files are.
+    fn made(portable: &Portable, set: impl FnOnce(&Path) -> oneiro_base::exit::Result<Vec<Setting>>) -> Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let place = || {
             let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -107,13 +114,43 @@ impl Experiment {
             }
             let values = Parsed::new("the experiment".into(), &portable.toml)?.recorded();
             let path = folder.join("experiment.toml");
-            runs::of(&path, &values, &Setting::all_typed(set)?, &Files::default(), None)
+            runs::of(&path, &values, &set(&folder)?, &Files::default(), None)
         })();
         if !portable.files.is_empty() {
             // What can't be removed is in the way of nobody.
             let _ = fs::remove_dir_all(&folder);
         }
         Ok(Self::of(made?))
+    }
+
+    /// The experiment of a run whose only generation is these genomes, one after the other, as `oneiro adopt` makes it: each is a
+    /// finalist with so many episodes.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms of the foraging study, for other numbers of genes, genomes or episodes, and for genes that aren't allowed.
+    pub fn adopting(&self, genomes: &[f32], episodes: u32) -> Result<Self> {
+        let genes = self.world()?.genes();
+        let count = genomes.len() / genes;
+        if count * genes != genomes.len() || !(1..=adopt::MOST).contains(&count) {
+            return Err(Error::input(format_args!(
+                "genomes: are {} genes; allowed: 1 to {} genomes of {genes} each",
+                genomes.len(),
+                adopt::MOST
+            )));
+        }
+        if !(2..=10_000).contains(&episodes) {
+            return Err(Error::input(format_args!("trials: is {episodes}; allowed: 2 to 10000")));
+        }
+        let mut portable = self.portable();
+        let mut name = "genomes.npy".to_owned();
+        while portable.files.iter().any(|(other, _)| *other == name) {
+            name.insert(0, '_');
+        }
+        portable.files.push((name.clone(), npy(&[count, genes], genomes)));
+        Self::made(&portable, |folder| {
+            let evolution = adopt::evolution(Path::new(&name), count, episodes);
+            Ok(vec![Setting::typed(&evolution)?.in_folder(folder)])
+        })
     }
 
     /// Its name.
@@ -259,6 +296,23 @@ impl Experiment {
     }
 }
 
+/// The elites of an evolution, in the order of their cells' numbers.
+#[derive(Clone, Debug, Default)]
+pub struct Elites {
+    /// Numbers of their cells.
+    pub cells: Vec<u32>,
+    /// The fitness by which each is compared.
+    pub fitness: Vec<f64>,
+    /// The behaviour of each, as many numbers as [`Evolution::descriptor_names`] has.
+    pub behaviour: Vec<f64>,
+    /// Genomes, one after the other.
+    pub genomes: Vec<f32>,
+    /// The fraction of cells that have one.
+    pub coverage: f64,
+    /// The sum of what their fitness is above `evolution.archive.offset`.
+    pub quality: f64,
+}
+
 /// An evolution that is asked for genomes and told their fitness.
 #[derive(Debug)]
 pub struct Evolution {
@@ -370,6 +424,33 @@ impl Evolution {
         Some((best.generation, best.individual, best.fitness, &best.genome))
     }
 
+    /// Its elites, if its optimiser keeps some.
+    ///
+    /// # Errors
+    /// None: experiments of swarms have no evolution.
+    pub fn elites(&self) -> Result<Option<Elites>> {
+        let offset = self.experiment.single()?.settings().evolution.tables.archive.offset;
+        Ok(self.own.optimizer().archive().map(|archive| {
+            let mut elites = Elites {
+                coverage: archive.coverage(),
+                quality: archive.quality(offset),
+                ..Elites::default()
+            };
+            for (cell, elite) in archive.elites() {
+                elites.cells.push(cell);
+                elites.fitness.push(elite.fitness);
+                elites.behaviour.extend(&elite.behaviour);
+                elites.genomes.extend(&elite.genome);
+            }
+            elites
+        }))
+    }
+
+    /// The genome around which a strategy samples, and its step size in halves of the genes' initial ranges.
+    pub fn distribution(&self) -> Option<(Vec<f32>, f64)> {
+        self.own.optimizer().distribution()
+    }
+
     /// All that it needs to continue, sealed.
     pub fn state(&self) -> Vec<u8> {
         sealed::seal(STATE, VERSION, &self.owner(), &self.own.save())
@@ -462,12 +543,7 @@ mod tests {
         let single = experiment.single().unwrap();
         let lives = single.settings().trials as usize;
         let mut evolution = Evolution::new(experiment, SEED).unwrap();
-        let names = experiment.descriptor_names().unwrap();
-        let wanted = evolution.descriptor_names().unwrap();
-        let wanted: Vec<usize> = wanted
-            .iter()
-            .map(|own| names.iter().position(|name| name == own).unwrap())
-            .collect();
+        let names = evolution.descriptor_names().unwrap();
         let mut generations = Vec::new();
         while !evolution.is_finished() {
             let genomes = evolution.ask().1.to_vec();
@@ -478,14 +554,12 @@ mod tests {
                 lives,
                 common_starts: false,
                 backend: "cpu",
-                descriptors: true,
+                descriptors: &names,
                 as_in_run,
                 traces: false,
             };
             let outcome = evaluate::evaluate(experiment, &request, &Task::default()).unwrap();
-            let measured = outcome.descriptors.chunks_exact(names.len());
-            let behaviour: Vec<f64> = measured.flat_map(|life| wanted.iter().map(|&own| life[own])).collect();
-            evolution.tell(&outcome.fitness, &behaviour).unwrap();
+            evolution.tell(&outcome.fitness, &outcome.descriptors).unwrap();
             let kind = single.settings().trial_score;
             let scores = outcome.fitness.chunks_exact(lives).map(|lives| score(kind, lives));
             generations.push((genomes, scores.collect()));

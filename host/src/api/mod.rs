@@ -3,6 +3,7 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `controller` | controllers alone, stepped with readings from elsewhere |
 //! | [`device`] | evaluators that are opened once, and what this machine has |
 //! | [`experiment`] | an experiment and its evolution |
 //! | [`evaluate`] | fitness, measures and traces of genomes |
@@ -11,6 +12,8 @@
 //! | [`watch`] | what `oneiro watch` shows |
 //! | `wording` | messages in the words of calls |
 
+#[cfg(feature = "compose")]
+pub mod controller;
 pub mod device;
 pub mod evaluate;
 pub mod experiment;

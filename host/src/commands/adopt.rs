@@ -1,5 +1,7 @@
 //! `oneiro adopt`: genomes that others evolved become a run of one generation.
 
+use std::path::Path;
+
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::Experiment;
@@ -12,17 +14,22 @@ use crate::cli;
 /// The genome of a run's directory.
 const CHAMPION: &str = "champion.json";
 /// Most genomes of a run: each is a finalist.
-const MOST: usize = 10_000;
+pub(crate) const MOST: usize = 10_000;
+
+/// The setting that makes an experiment's only generation of a file's genomes, each of which is a finalist. It is the whole table,
+/// since what another optimiser needs is not for this one.
+pub(crate) fn evolution(genomes: &Path, count: usize, episodes: u32) -> String {
+    format!(
+        "evolution={{kind=\"genetic\",init={},population={count},parents={count},generations=1,finalists={count},finalist_lives={episodes}}}",
+        json!(genomes)
+    )
+}
 
 /// Runs the experiment with the given genomes as its only generation, each of which is a finalist.
 pub(crate) fn run(arguments: cli::Adopt, console: Console) -> Result {
     let count = count(&arguments)?;
     let episodes = arguments.trials.unwrap_or(cli::Adopt::EPISODES);
-    // The whole table, since what another optimiser needs is not for this one.
-    let evolution = format!(
-        "evolution={{kind=\"genetic\",init={},population={count},parents={count},generations=1,finalists={count},finalist_lives={episodes}}}",
-        json!(arguments.genomes)
-    );
+    let evolution = evolution(&arguments.genomes, count, episodes);
     evolve::run(
         &cli::Run {
             experiment: arguments.experiment,

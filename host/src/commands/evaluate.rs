@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use oneiro::batch::Trace;
+use oneiro::batch::{Trace, WorldKind};
 use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{self, World, WorldSpec};
@@ -20,7 +20,7 @@ use oneiro_evolve::appraisal::Appraisal;
 use oneiro_lab::device;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::lives::measures::{Descriptor, Measures, descriptors};
-use oneiro_lab::lives::{Keys, LifeIndex, Lives, scores, starts};
+use oneiro_lab::lives::{Keys, LifeIndex, Lines, Lives, scores, starts};
 use oneiro_lab::runs::single::trace::TraceTable;
 use oneiro_report::csv::Csv;
 use oneiro_report::numbers::{significant, unsigned_zero};
@@ -164,14 +164,18 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
             return Ok(());
         }
         let table = TraceTable::new(&worlds[0]);
-        let trace = |life: LifeIndex, first: u32, records: &Trace| match &arguments.traces {
-            Some(directory) => write_trace(directory, &table, life, first, records),
-            None => Ok(()),
-        };
-        let ended = |life: LifeIndex, fitness: f32, own: &Measures| {
+        let width = worlds[0].record_words();
+        let trace = arguments.traces.as_ref().map(|directory| {
+            let table = &table;
+            move |life: LifeIndex, first: u32, words: &[u32]| {
+                write_trace(directory, table, life, first, &Trace::read(words, width as usize))
+            }
+        });
+        let trace = trace.as_ref().map(|trace| trace as Lines<'_>);
+        let mut ended = |life: LifeIndex, fitness: f32, own: &Measures| {
             results[life.genome * trials + life.number] = (fitness, own.clone());
         };
-        lives.measured(evaluator, &control, cycles, &measures, trace, ended)?;
+        lives.measured(evaluator, &control, cycles, &measures, trace, &mut ended)?;
         if !each.is_empty() {
             let scores = scores::by_robot(&lives, cycles, threads, &control)?;
             results

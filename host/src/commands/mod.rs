@@ -9,7 +9,7 @@ use oneiro_lab::engine::watcher::stop_at_once;
 
 use crate::cli::Command;
 
-mod adopt;
+pub(crate) mod adopt;
 mod check;
 mod compare;
 mod completions;

@@ -172,7 +172,7 @@ impl Setting {
     }
 
     /// Looks for the files that it names from this folder.
-    pub(crate) fn in_folder(self, folder: &Path) -> Self {
+    pub fn in_folder(self, folder: &Path) -> Self {
         Self {
             folder: Some(folder.to_owned()),
             ..self

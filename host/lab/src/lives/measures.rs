@@ -3,7 +3,7 @@
 //! The places of an episode are the positions of the robot's centre at the beginning of each cycle and at the end of the last.
 //! All numbers are computed by operations that every processor rounds alike.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
@@ -243,8 +243,128 @@ impl Frame {
         self.parts & 1 << part as u32 != 0
     }
 
-    fn room(&self, record: &Record) -> f64 {
-        free_distance(&self.arena, self.body_radius, [record.x, record.y].map(f64::from))
+    /// Objects of the arena.
+    fn objects(&self) -> usize {
+        self.arena.walls.len() + self.arena.obstacles.len() + self.arena.blocks.len()
+    }
+
+    /// Distance of a point from an object, by its number: walls, then obstacles, then blocks.
+    fn to_object(&self, number: usize, at: [f64; 2]) -> f64 {
+        let Arena {
+            walls,
+            obstacles,
+            blocks,
+            ..
+        } = &self.arena;
+        let of_round = number.wrapping_sub(walls.len());
+        let of_block = of_round.wrapping_sub(obstacles.len());
+        match (walls.get(number), obstacles.get(of_round), blocks.get(of_block)) {
+            (Some(wall), ..) => to_wall(wall, at),
+            (_, Some(obstacle), _) => to_obstacle(obstacle, at),
+            (.., Some(block)) => to_block(block, at),
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+/// Free distances along a path. An object that was far away at an earlier place can't be the nearest until the robot has come so much
+/// nearer: so most objects are not looked at in most cycles.
+#[derive(Debug)]
+struct Room {
+    /// Length of the path so far, rounded up, mm; at most [`Room::LONGEST`].
+    path: f64,
+    /// For each object, the length of the path before which it is at least `nearest` away, plus `nearest`.
+    due: Vec<f64>,
+    /// The object that was the nearest one.
+    nearest: usize,
+}
+
+impl Room {
+    /// Length of the path after which all objects are looked at, so that roundings stay far below [`Room::SLACK`].
+    const LONGEST: f64 = 1e8;
+    /// Distance in mm that is more than the roundings of distances in arenas. Moves and the axes of blocks are rounded to floats of
+    /// 32 bits: a millionth is more than that.
+    const SLACK: f64 = 1e-6;
+
+    fn new(frame: &Frame) -> Self {
+        Self {
+            path: 0.0,
+            due: vec![f64::NEG_INFINITY; frame.objects()],
+            nearest: 0,
+        }
+    }
+
+    /// The free distance after a move of this length, the same as [`free_distance`].
+    fn after(&mut self, frame: &Frame, moved: f64, at: [f64; 2]) -> f64 {
+        self.path += moved * (1.0 + 1e-6) + Self::SLACK;
+        // Also if it is not a number.
+        if !(self.path <= Self::LONGEST && at[0].abs() + at[1].abs() <= Self::LONGEST) {
+            self.path = 0.0;
+            self.due.fill(f64::NEG_INFINITY);
+        }
+        let mut least = f64::INFINITY;
+        let nearest = self.nearest;
+        for number in std::iter::once(nearest).chain(0..self.due.len()) {
+            if number == nearest && least < f64::INFINITY
+                || self.due.get(number).is_none_or(|due| *due > least + self.path)
+            {
+                continue;
+            }
+            let distance = frame.to_object(number, at);
+            self.due[number] = distance * (1.0 - 1e-9) + self.path - Self::SLACK;
+            if distance < least {
+                (least, self.nearest) = (distance, number);
+            }
+        }
+        (least - frame.body_radius).max(0.0)
+    }
+}
+
+/// The sum of the last moves from place to place, and whether it is less than [`STUCK`].
+#[derive(Debug)]
+struct Moves {
+    last: [f64; PLACES - 1],
+    /// Place of the next one, and the number of them.
+    next: usize,
+    count: usize,
+    /// Their sum with its rounding errors, and more than these.
+    about: f64,
+    doubt: f64,
+}
+
+impl Moves {
+    fn new() -> Self {
+        Self {
+            last: [0.0; PLACES - 1],
+            next: 0,
+            count: 0,
+            about: 0.0,
+            doubt: 0.0,
+        }
+    }
+
+    /// Adds a move. Returns whether all together are less than [`STUCK`], by the sum in their order; never of fewer.
+    fn add(&mut self, length: f64) -> bool {
+        let oldest = std::mem::replace(&mut self.last[self.next], length);
+        self.next = (self.next + 1) % self.last.len();
+        self.count = (self.count + 1).min(self.last.len());
+        let more = self.about + length;
+        self.about = more - oldest;
+        // Two roundings, and those of the sum in order, each of at most half of this.
+        self.doubt += 4.0 * f64::EPSILON * more;
+        if self.count < self.last.len() {
+            return false;
+        }
+        let roundings = self.last.len() as f64 * f64::EPSILON * (self.about.abs() + STUCK);
+        if (self.about - STUCK).abs() > self.doubt + roundings {
+            return self.about < STUCK;
+        }
+        // Also if it is not a number.
+        let (newer, older) = self.last.split_at(self.next);
+        let in_order = || older.iter().chain(newer).copied();
+        self.about = in_order().sum();
+        self.doubt = roundings;
+        is_stuck(in_order())
     }
 }
 
@@ -311,8 +431,10 @@ pub(crate) struct Meter {
     distance: f64,
     turned: f64,
     place: Option<Record>,
-    /// Lengths of the last moves from place to place.
-    moves: VecDeque<f64>,
+    /// The square of the last cycle.
+    cell: Option<usize>,
+    /// The last moves from place to place.
+    moves: Moves,
     /// Moves so far, and the number of them that count as stuck.
     moved: u32,
     stuck: u32,
@@ -321,6 +443,7 @@ pub(crate) struct Meter {
     /// Cycles so far, the sum of their free distances, and the task's memory after the last.
     lived: u32,
     room: f64,
+    free: Room,
     memory: Vec<u32>,
 }
 
@@ -328,13 +451,15 @@ impl Meter {
     /// Measures an episode.
     pub(crate) fn new(frame: Arc<Frame>) -> Self {
         Self {
+            free: Room::new(&frame),
             frame,
             visited: BTreeSet::new(),
             collisions: 0,
             distance: 0.0,
             turned: 0.0,
             place: None,
-            moves: VecDeque::new(),
+            cell: None,
+            moves: Moves::new(),
             moved: 0,
             stuck: 0,
             counted: 0,
@@ -345,30 +470,41 @@ impl Meter {
     }
 
     /// Takes the record of the next cycle, with its details.
-    fn add(&mut self, record: &Record, details: &[u32]) {
+    pub(crate) fn add(&mut self, record: &Record, details: &[u32]) {
+        let mut length = 0.0;
         if let Some(last) = self.place.replace(*record) {
             self.moved += 1;
+            if self.frame.has(Part::Path) || self.frame.has(Part::Stuck) || self.frame.has(Part::Room) {
+                length = distance(&last, record);
+            }
             if self.frame.has(Part::Path) {
-                self.distance += distance(&last, record);
+                self.distance += length;
             }
             if self.frame.has(Part::Turning) {
                 let turn = f64::from(record.heading) - f64::from(last.heading);
                 self.turned += (turn - (turn + 0.5).floor()).abs();
             }
-            if self.frame.has(Part::Stuck) {
-                self.count_stuck(distance(&last, record));
+            if self.frame.has(Part::Stuck) && self.moves.add(length) {
+                let first = self.counted.max(self.moved - (PLACES as u32 - 1));
+                self.stuck += self.moved - first;
+                self.counted = self.moved;
             }
             if self.moved >= self.frame.cycles {
                 return;
             }
         }
         if self.frame.has(Part::Cells) {
-            self.visited.insert(self.frame.grid.cell(record));
+            let cell = Some(self.frame.grid.cell(record));
+            if self.cell != cell {
+                self.visited.extend(cell);
+                self.cell = cell;
+            }
         }
         self.collisions += u32::from(record.collided > 0.0);
         self.lived += 1;
         if self.frame.has(Part::Room) {
-            self.room += self.frame.room(record);
+            let at = [record.x, record.y].map(f64::from);
+            self.room += self.free.after(&self.frame, length, at);
         }
         self.memory.clear();
         self.memory
@@ -379,19 +515,6 @@ impl Meter {
     pub(crate) fn add_all(&mut self, trace: &Trace) {
         for (record, details) in trace.lines() {
             self.add(record, details);
-        }
-    }
-
-    /// Takes the length of the last move.
-    fn count_stuck(&mut self, length: f64) {
-        if self.moves.len() == PLACES - 1 {
-            self.moves.pop_front();
-        }
-        self.moves.push_back(length);
-        if self.moves.len() == PLACES - 1 && is_stuck(self.moves.iter().copied()) {
-            let first = self.counted.max(self.moved - self.moves.len() as u32);
-            self.stuck += self.moved - first;
-            self.counted = self.moved;
         }
     }
 
@@ -621,7 +744,8 @@ mod tests {
                 .iter()
                 .map(|point| (point[0] - x).hypot(point[1] - y))
                 .fold(f64::MAX, f64::min);
-            let (room, expected) = (frame.room(&record), (nearest - 30.0).max(0.0));
+            let room = free_distance(&frame.arena, frame.body_radius, [x, y]);
+            let expected = (nearest - 30.0).max(0.0);
             assert!(
                 room <= expected + 1e-4 && expected < room + 1.5,
                 "at {x}, {y}: {room}, {expected}"
@@ -629,6 +753,78 @@ mod tests {
             touching += u32::from(room == 0.0);
         }
         assert!((30..300).contains(&touching), "{touching}");
+    }
+
+    /// What is left out of sums and of searches for the nearest object changes no bit: along drives that turn, stand still, jump and
+    /// leave the arena.
+    #[test]
+    fn shortcuts_change_no_bit() {
+        let wall = |from, to| Wall {
+            from,
+            to,
+            ..Wall::default()
+        };
+        let block = |x, y| Block {
+            x,
+            y,
+            length: 120.0,
+            width: 60.0,
+            heading: 0.15,
+            ..Block::default()
+        };
+        let obstacle = |x, y| Obstacle {
+            x,
+            y,
+            radius: 40.0,
+            ..Obstacle::default()
+        };
+        let arena = Arena {
+            walls: vec![
+                wall([0.0, 0.0], [900.0, 20.0]),
+                wall([900.0, 20.0], [900.0, 600.0]),
+                wall([250.0, 300.0], [250.0, 300.0]),
+            ],
+            obstacles: vec![obstacle(150.0, 120.0), obstacle(700.0, 400.0)],
+            blocks: vec![block(400.0, 200.0), block(600.0, 500.0)],
+            ..Arena::default()
+        };
+        let frame = frame(arena, 1);
+        let (mut room, mut moves) = (Room::new(&frame), Moves::new());
+        let (mut last, mut lengths, mut looks) = (None::<Record>, Vec::new(), [0, 0]);
+        for cycle in 0..20_000_u32 {
+            let random = oneiro::random::pcg4d([cycle, 0, 0, 7]).map(|word| (word >> 8) as f32 / 16_777_216.0);
+            // Slow, so that a hundred moves are about 50 mm, or at rest, or fast; now and then elsewhere at once.
+            let speed = [0.5, 0.505, 0.0, 30.0][(cycle / 500 % 4) as usize];
+            let at =
+                |own: fn(&Record) -> f32, part: f32| last.as_ref().map_or(300.0, own) + speed * (part - 0.5).signum();
+            let [x, y] = match cycle % 4_999 {
+                0 => [900.0 * random[0], 600.0 * random[1]],
+                1 if cycle > 10_000 => [1e9, f32::NAN],
+                2 => [500.0, 300.0],
+                _ => [at(|own| own.x, random[0]), last.as_ref().map_or(300.0, |own| own.y)],
+            };
+            let record = Record {
+                x,
+                y,
+                ..Record::default()
+            };
+            let length = last.map_or(0.0, |last| distance(&last, &record));
+            let place = [x, y].map(f64::from);
+            let (short, whole) = (
+                room.after(&frame, length, place),
+                free_distance(&frame.arena, frame.body_radius, place),
+            );
+            assert_eq!(short.to_bits(), whole.to_bits(), "cycle {cycle} at {x}, {y}");
+            if last.replace(record).is_some() {
+                lengths.push(length);
+                let stuck = moves.add(length);
+                let window = &lengths[lengths.len().saturating_sub(PLACES - 1)..];
+                let expected = window.len() == PLACES - 1 && is_stuck(window.iter().copied());
+                assert_eq!(stuck, expected, "cycle {cycle}");
+                looks[usize::from(stuck)] += 1;
+            }
+        }
+        assert!(looks.into_iter().all(|count| count > 1_000), "{looks:?}");
     }
 
     /// A requested measure does not depend on what else is measured.

@@ -11,10 +11,10 @@ pub mod measures;
 pub mod scores;
 pub mod starts;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
-use oneiro::batch::{Batch, LANES, Outcome, Rollout, Trace, TraceRequest, Worlds};
+use oneiro::batch::{LANES, Outcome, Rollout, TraceRequest, WorldKind, Worlds, parts_of};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::world::World;
@@ -25,7 +25,7 @@ use measures::{Descriptor, Frames, Measures, Meter};
 
 /// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;
-/// Records of traces in memory at once: 117 MB, and more with custom parts.
+/// Records of a batch that is traced. On a GPU they are in memory at once: 117 MB, and more with custom parts.
 const RECORDS: usize = 1 << 20;
 
 /// The same number of episodes of each genome.
@@ -83,6 +83,17 @@ impl Keys<'_> {
     }
 }
 
+/// Takes the next lines of an episode's trace, given the cycle of the first. A line has the words of a record and its details, as
+/// [`oneiro::batch::parts_of`] takes it apart.
+pub type Lines<'a> = &'a (dyn Fn(LifeIndex, u32, &[u32]) -> Result + Sync);
+
+/// An episode while it is simulated.
+struct Life {
+    meter: Meter,
+    /// Lines so far.
+    lines: u32,
+}
+
 /// Identifies one of the episodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LifeIndex {
@@ -117,8 +128,8 @@ impl Lives<'_> {
     }
 
     /// Simulates and measures episodes of `cycles` cycles. Worlds may last one cycle more, which shows where each episode ends.
-    /// `trace` is called with consecutive pieces of each episode's records and the cycle at which a piece starts; `ended` once
-    /// for each episode, with its fitness and measures.
+    /// `trace` is called with consecutive pieces of each episode's lines and the cycle at which a piece starts, by several threads;
+    /// `ended` once for each episode, with its fitness and measures.
     ///
     /// # Errors
     /// As the evaluator's, and as `trace`.
@@ -128,63 +139,72 @@ impl Lives<'_> {
         control: &Control,
         cycles: u32,
         measures: &[Descriptor],
-        mut trace: impl FnMut(LifeIndex, u32, &Trace) -> Result,
-        mut ended: impl FnMut(LifeIndex, f32, &Measures),
+        trace: Option<Lines<'_>>,
+        ended: &mut dyn FnMut(LifeIndex, f32, &Measures),
     ) -> Result {
         let world = &self.worlds[0];
         let frames = Frames::new(world, cycles, measures);
-        let mut under_way = BTreeMap::new();
-        self.traced(evaluator, control, cycles, |life, lived, records, fitness| {
-            let new = || (f32::NAN, Meter::new(frames.of(self.keys.of(life.genome, life.number))));
-            let (own, meter) = under_way.entry(life).or_insert_with(new);
-            if !measures.is_empty() {
-                meter.add_all(records);
-            }
-            if lived.end == cycles {
-                *own = fitness;
-            }
-            if lived.end <= cycles {
-                trace(life, lived.start, records)?;
-            }
-            if lived.end == world.cycles()
-                && let Some((fitness, meter)) = under_way.remove(&life)
-            {
-                ended(life, fitness, &meter.finish());
-            }
-            Ok(())
-        })
-    }
-
-    /// Passes all traces to an observer, with a record for each cycle, in pieces, one of which ends at the cycle `cut`. Each call
-    /// has an episode, its next cycles, their records, and its fitness if it ended with the last of them. There are fewer records
-    /// than cycles if the episode ended early. Episodes come in any order, the pieces of an episode in theirs.
-    ///
-    /// # Errors
-    /// As the evaluator's and the observer's.
-    fn traced(
-        &self,
-        evaluator: &mut dyn Evaluator,
-        control: &Control,
-        cut: u32,
-        mut observe: impl FnMut(LifeIndex, &Range<u32>, &Trace, f32) -> Result,
-    ) -> Result {
-        let cycles = self.worlds[0].cycles();
-        let groups = (RECORDS / LANES / cycles as usize).clamp(1, GROUPS);
-        let stretch = (RECORDS / LANES / groups) as u32;
+        // Two records show the end of episodes that all have as many cycles.
+        let only_ends = trace.is_none() && frames.needs_only_the_end() && !world.may_end_early();
+        let (frames, groups, stretch) = if only_ends {
+            (Frames::new(world, cycles.min(2), measures), GROUPS, u32::MAX)
+        } else {
+            let groups = (RECORDS / LANES / world.cycles() as usize).clamp(1, GROUPS);
+            (frames, groups, (RECORDS / LANES / groups) as u32)
+        };
         for chunk in self.chunks(groups) {
             let (rollouts, worlds) = (self.rollouts(&chunk), self.packed(&chunk)?);
-            let (mut states, mut first) = (Vec::new(), 0);
-            while first < cycles {
-                let end = first
-                    .saturating_add(stretch)
-                    .min(if first < cut { cut } else { cycles });
-                let batch: Batch = worlds.stretch(&rollouts, first..end, &states, Some(TraceRequest { every: 1 }))?;
-                let outcome = evaluator.evaluate(&batch, control)?;
-                let lived = outcome.traces.iter().zip(outcome.fitness);
-                for (life, (records, fitness)) in chunk.lives.clone().zip(lived) {
-                    observe(self.at(life), &(first..end), records, fitness)?;
+            let life = |index| {
+                let LifeIndex { genome, number } = self.at(index);
+                Mutex::new(Life {
+                    meter: Meter::new(frames.of(self.keys.of(genome, number))),
+                    lines: 0,
+                })
+            };
+            let lives: Vec<Mutex<Life>> = chunk.lives.clone().map(life).collect();
+            let failed = Mutex::new(Ok(()));
+            let width = worlds.record_words();
+            let observe = |index: usize, words: &[u32]| {
+                let life = &mut *lives[index].lock().unwrap_or_else(PoisonError::into_inner);
+                let lines = words.chunks_exact(width);
+                let first = life.lines;
+                life.lines += lines.len() as u32;
+                if !measures.is_empty() {
+                    for line in lines {
+                        let (record, details) = parts_of(line);
+                        life.meter.add(record, details);
+                    }
+                }
+                if let Some(trace) = trace
+                    && first < cycles
+                {
+                    let own = &words[..words.len().min((cycles - first) as usize * width)];
+                    if let Err(failure) = trace(self.at(chunk.lives.start + index), first, own) {
+                        *failed.lock().unwrap_or_else(PoisonError::into_inner) = Err(failure);
+                    }
+                }
+            };
+            let (mut states, mut fitness, mut first) = (Vec::new(), Vec::new(), 0);
+            while first < world.cycles() {
+                let cut = if first < cycles { cycles } else { world.cycles() };
+                let end = first.saturating_add(stretch).min(cut);
+                let every = if only_ends { (end - first - 1).max(1) } else { 1 };
+                let request = Some(TraceRequest { every });
+                let batch = if (first, end) == (0, world.cycles()) {
+                    worlds.batch(&rollouts, request)?
+                } else {
+                    worlds.stretch(&rollouts, first..end, &states, request)?
+                };
+                let outcome = evaluator.observe(&batch, control, &observe)?;
+                std::mem::replace(&mut *failed.lock().unwrap_or_else(PoisonError::into_inner), Ok(()))?;
+                if end == cycles {
+                    fitness = outcome.fitness;
                 }
                 (states, first) = (outcome.states, end);
+            }
+            for ((index, life), fitness) in chunk.lives.clone().zip(&lives).zip(fitness) {
+                let life = life.lock().unwrap_or_else(PoisonError::into_inner);
+                ended(self.at(index), fitness, &life.meter.finish());
             }
         }
         Ok(())
@@ -341,41 +361,77 @@ mod tests {
         assert_ne!(KEYS.of(5, 3), KEYS.of(0, 3));
     }
 
-    /// Traces are complete, and their last fitness is the fitness, also if episodes are cut into stretches.
+    /// Traces are complete, and their last fitness is the fitness, also if episodes are cut into stretches. Ends alone are measured
+    /// as with everything else.
     #[test]
     fn traces_are_complete_however_lives_are_cut() {
         let genomes = genomes(70);
-        for cycles in [20, 40_000] {
+        for (cycles, longer) in [(20, 0), (20, 1), (1, 1), (2, 0), (40_000, 1)] {
             let world = World::new(WorldSpec {
-                cycles,
+                cycles: cycles + longer,
                 ..WorldSpec::miglino1995()
             })
             .unwrap();
-            let few = Population::new(18, genomes.values()[..18 * if cycles == 20 { 70 } else { 1 }].to_vec());
-            let lives = Lives {
-                worlds: &[world],
+            let shorter = [World::new(WorldSpec {
+                cycles,
+                ..world.spec().clone()
+            })
+            .unwrap()];
+            let few = Population::new(18, genomes.values()[..18 * if cycles > 100 { 1 } else { 70 }].to_vec());
+            let mut lives = Lives {
+                worlds: &shorter,
                 genomes: &few,
                 count: 2,
                 keys: KEYS,
             };
             let mut cpu = oneiro::cpu::Cpu::new(Some(2)).unwrap();
             let fitness = lives.fitness(&mut cpu, &Control::new()).unwrap();
-            let (mut seen, mut is_cut) = (vec![Trace::default(); fitness.len()], false);
-            let observe = |life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32| {
-                let own = &mut seen[life.genome * 2 + life.number];
-                assert_eq!(own.len(), cycles.start as usize);
-                own.append(records);
-                assert_eq!(own.len(), cycles.end as usize);
-                assert_eq!(own.last().unwrap().fitness.to_bits(), fitness.to_bits());
-                is_cut |= cycles.end == 7;
+            let measures = measures::descriptors(&world);
+            let worlds = [world];
+            lives.worlds = &worlds;
+            let seen: Vec<_> = fitness.iter().map(|_| Mutex::new(Vec::new())).collect();
+            let width = Worlds::new(&worlds).unwrap().record_words();
+            let trace = |life: LifeIndex, first: u32, words: &[u32]| {
+                let mut own = seen[life.genome * 2 + life.number].lock().unwrap();
+                assert_eq!(own.len(), first as usize * width);
+                own.extend_from_slice(words);
                 Ok(())
             };
-            lives.traced(&mut cpu, &Control::new(), 7, observe).unwrap();
-            assert!(is_cut, "one piece ends at the cut");
-            for (fitness, trace) in fitness.iter().zip(&seen) {
-                assert_eq!(trace.len(), cycles as usize);
-                assert_eq!(trace.last().unwrap().fitness.to_bits(), fitness.to_bits());
+            let mut measured = Vec::new();
+            let mut ended = |life: LifeIndex, last: f32, own: &Measures| {
+                assert_eq!(last.to_bits(), fitness[life.genome * 2 + life.number].to_bits());
+                measured.push(own.clone());
+            };
+            lives
+                .measured(&mut cpu, &Control::new(), cycles, &measures, Some(&trace), &mut ended)
+                .unwrap();
+            for (fitness, words) in fitness.iter().zip(seen) {
+                let words = words.into_inner().unwrap();
+                assert_eq!(words.len(), cycles as usize * width);
+                let (last, _) = parts_of(&words[words.len() - width..]);
+                assert_eq!(last.fitness.to_bits(), fitness.to_bits());
             }
+            let of_ends: Vec<_> = measures
+                .into_iter()
+                .filter(|own| Frames::new(&worlds[0], cycles, std::slice::from_ref(own)).needs_only_the_end())
+                .collect();
+            assert!(of_ends.len() >= 2);
+            let mut all = measured.iter();
+            let mut ended = |_: LifeIndex, _: f32, own: &Measures| {
+                let whole = all.next().unwrap();
+                for end in &of_ends {
+                    assert_eq!(
+                        end.value(own).to_bits(),
+                        end.value(whole).to_bits(),
+                        "{}",
+                        end.column.name
+                    );
+                }
+            };
+            lives
+                .measured(&mut cpu, &Control::new(), cycles, &of_ends, None, &mut ended)
+                .unwrap();
+            assert!(all.next().is_none());
         }
     }
 }

@@ -143,9 +143,12 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
         (DetailKind::Real, Some(reading)) => SAMPLED
             .named(format!("real_{name}"))
             .about(format!("the {reading} before sensor noise")),
-        (DetailKind::Perceived | DetailKind::Real, None) => OWN
+        (DetailKind::Perceived, None) => OWN
             .named(format!("sensor_{name}"))
             .about(format!("the reading `{name}` of the experiment's custom sensors")),
+        (DetailKind::Real, None) => OWN
+            .named(format!("real_{name}"))
+            .about(format!("the reading `{name}` before sensor noise")),
         (DetailKind::Other, _) => OWN.named(name.clone()).about(
             "another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned(),
         ),
