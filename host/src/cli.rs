@@ -399,7 +399,7 @@ pub(crate) enum Command {
     Replay(Replay),
     /// Evaluate genomes, find the best, or play a tournament
     Evaluate(Evaluate),
-    /// Write a controller as a C file that checks its own bits
+    /// Write a controller in C or another language, with a check of its bits
     Export(Export),
     /// Compare experiments: scores, tests and figures in one report
     Compare(Compare),
