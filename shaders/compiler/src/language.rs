@@ -10,7 +10,9 @@ use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, 
 /// A buffer as the function has it.
 #[derive(Clone, Debug)]
 pub enum Memory {
-    /// A table of constant words with this name; its number of elements, 1 or more.
+    /// An array of words with this name; its number of elements, 1 or more.
+    Words(String, u32),
+    /// The same, of constants.
     Constants(String, u32),
     /// A place with a type for each word. All are read and written at constant places.
     Places(Vec<(String, Ty)>),
@@ -455,12 +457,16 @@ impl Printer<'_> {
                 };
                 places[(element * address.stride + offset) as usize].clone()
             }
-            Memory::Constants(name, elements) => {
+            Memory::Words(name, elements) | Memory::Constants(name, elements) => {
                 let index = match address.element {
                     None => offset.to_string(),
                     Some(element) => self.index(element, address.stride, offset, elements - 1),
                 };
-                (self.language.word(name, &index), Ty::U32)
+                let word = match &self.memory[address.buffer as usize] {
+                    Memory::Constants(..) => self.language.word(name, &index),
+                    _ => self.language.element(name, &index),
+                };
+                (word, Ty::U32)
             }
         }
     }
