@@ -15,7 +15,7 @@ pub fn cpp(controller: &Controller, name: &str, origin: &[String], cycles: &[Rec
     let parameters = parameters.join(", ");
     let explicit = if seeds.is_empty() { "" } else { "explicit " };
     let arguments = seeds.join(", ");
-    let of_state: String = seeds.iter().map(|seed| format!(", {seed}")).collect();
+    let of_state = seeds.iter().fold(String::new(), |all, seed| all + ", " + seed);
     let guard = format!("{}_HPP", name.to_uppercase());
     let head = comment(controller, name, origin, "Include this header. It needs no library.");
     let code = code(controller, name, cycles, "static inline ");
