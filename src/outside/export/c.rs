@@ -45,7 +45,7 @@ pub(super) fn code(controller: &Controller, name: &str, cycles: &[Recorded], lin
         }
     };
     let mut seeds = String::new();
-    for field in fields.iter().filter(is_seed) {
+    for field in fields.iter().filter(|field| is_seed(field)) {
         let _ = writeln!(seeds, "    state->{0} = {0};", field.name);
     }
     let period = (1000.0 * PERIOD).round();
@@ -214,7 +214,7 @@ fn check(controller: &Controller, name: &str, fields: &[Field], cycles: &[Record
         _ => format!("{a} != {b}"),
     };
     if let Some(first) = cycles.first().filter(|cycle| cycle.before.cycle() == 0) {
-        let seeds = fields.iter().filter(is_seed);
+        let seeds = fields.iter().filter(|field| is_seed(field));
         let arguments = seeds.fold(String::new(), |all, field| {
             all + ", " + &c::constant(first.before.0[field.word], Ty::U32)
         });

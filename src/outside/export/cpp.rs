@@ -8,7 +8,7 @@ use super::{Controller, Recorded};
 pub fn cpp(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> String {
     let seeds: Vec<String> = fields(controller)
         .into_iter()
-        .filter(|field| is_seed(&field))
+        .filter(is_seed)
         .map(|field| field.name)
         .collect();
     let parameters: Vec<_> = seeds.iter().map(|seed| format!("uint32_t {seed}")).collect();
@@ -63,11 +63,7 @@ private:
 
 /// Prints a controller as an Arduino library with an example.
 pub fn arduino(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Vec<(String, String)> {
-    let seeds: Vec<_> = fields(controller)
-        .into_iter()
-        .filter(|field| is_seed(&field))
-        .map(|_| "0")
-        .collect();
+    let seeds: Vec<_> = fields(controller).into_iter().filter(is_seed).map(|_| "0").collect();
     let arguments = if seeds.is_empty() {
         String::new()
     } else {

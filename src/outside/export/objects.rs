@@ -7,7 +7,7 @@ use oneiro_shader_compiler::tree::{Program, Ty};
 
 use super::pieces::{buffers, fields, full_speed, head, is_seed, name_of, places};
 use super::rust::{Rust, type_name};
-use super::scripts::Script;
+use super::scripts::Dynamic;
 use super::{Controller, PERIOD, Recorded, State, Table};
 
 /// How a file in a language is written.
@@ -52,7 +52,7 @@ pub fn rust(controller: &Controller, name: &str, origin: &[String], cycles: &[Re
 /// Prints a controller as a JavaScript module.
 pub fn javascript(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> String {
     let manner = Manner {
-        language: &Script::JavaScript,
+        language: &Dynamic::JavaScript,
         file: include_str!("objects/javascript.txt"),
         helpers: include_str!("objects/javascript-helpers.txt"),
         comment: "//",
@@ -69,7 +69,7 @@ pub fn javascript(controller: &Controller, name: &str, origin: &[String], cycles
 /// Prints a controller as a Python module without packages.
 pub fn python(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> String {
     let manner = Manner {
-        language: &Script::Python,
+        language: &Dynamic::Python,
         file: include_str!("objects/python.txt"),
         helpers: include_str!("objects/python-helpers.txt"),
         comment: "#",
@@ -98,7 +98,7 @@ pub fn python(controller: &Controller, name: &str, origin: &[String], cycles: &[
 /// Prints a controller as a Lua module, for Lua 5.1 and newer.
 pub fn lua(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> String {
     let manner = Manner {
-        language: &Script::Lua,
+        language: &Dynamic::Lua,
         file: include_str!("objects/lua.txt"),
         helpers: include_str!("objects/lua-helpers.txt"),
         comment: "--",
@@ -146,7 +146,7 @@ impl Manner {
         };
         let place = |field: usize| format!("{}{}", self.state, fields[field].name);
         let word = |field: usize| language.element("words", &field.to_string());
-        let seeds: Vec<_> = fields.iter().filter(is_seed).collect();
+        let seeds: Vec<_> = fields.iter().filter(|field| is_seed(field)).collect();
         let listed = |text: &dyn Fn(&str) -> String| {
             let texts: Vec<_> = seeds.iter().map(|seed| text(&seed.name)).collect();
             texts.join(", ")

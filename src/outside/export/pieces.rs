@@ -118,7 +118,7 @@ pub(super) fn places(
 }
 
 /// Whether a field is a number that an episode begins with.
-pub(super) fn is_seed(field: &&Field) -> bool {
+pub(super) fn is_seed(field: &Field) -> bool {
     HEAD[..3].contains(&field.name.as_str())
 }
 

@@ -7,15 +7,15 @@ use oneiro_shader_compiler::tree::{Binary, Label, Ty, Unary};
 
 /// Such a language. Its file has the functions `f`, `i` and `u`, which make a number one of their type, and others by their names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Script {
+pub(super) enum Dynamic {
     JavaScript,
     Python,
     Lua,
 }
 
-use Script::{JavaScript, Lua, Python};
+use Dynamic::{JavaScript, Lua, Python};
 
-impl Script {
+impl Dynamic {
     /// The function that makes a number one of this type.
     fn fitted(ty: Ty, text: &str) -> String {
         let function = match ty {
@@ -49,7 +49,7 @@ impl Script {
     }
 }
 
-impl Language for Script {
+impl Language for Dynamic {
     fn exits(&self) -> Exits {
         match self {
             JavaScript => Exits::Names,
