@@ -50,6 +50,10 @@ long --test library minds_outside
 say "a hundred thousand lives of each well-known experiment on every device"
 long --test program classics::the_same_bits -- --nocapture
 
+say "controllers in other languages, all cycles"
+long --test library export:: -- --nocapture
+long --test program export:: -- --nocapture
+
 say "all pinned worlds on emulated 64-bit ARM"
 tests/aarch64.sh
 say "a thousand lives of each there"

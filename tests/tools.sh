@@ -59,13 +59,24 @@ c_compilers() {
     done
 }
 
+# Controllers in other languages run there.
+languages() {
+    local name
+    for name in g++ node lua5.1 lua5.4 python3; do
+        command -v "$name" >/dev/null && continue
+        say "installing languages that controllers are exported to"
+        install g++ nodejs lua5.1 lua5.4 python3 || echo "no $name: controllers will not run in its language"
+        return
+    done
+}
+
 # Controllers as C run on microcontrollers, which are emulated.
 microcontrollers() {
     local name
-    for name in arm-none-eabi-gcc qemu-system-arm avr-gcc simavr; do
-        command -v "$name" >/dev/null && continue
+    for name in arm-none-eabi-gcc qemu-system-arm avr-gcc simavr /usr/share/arduino/hardware/arduino/avr/cores/arduino/main.cpp; do
+        command -v "$name" >/dev/null || [ -e "$name" ] && continue
         say "installing compilers and emulators of microcontrollers"
-        install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-avr avr-libc simavr ||
+        install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-avr avr-libc simavr arduino-core-avr ||
             echo "no $name: controllers as C will not run on microcontrollers"
         return
     done
@@ -94,5 +105,6 @@ browser
 type_checker
 validator
 c_compilers
+languages
 microcontrollers
 simulator

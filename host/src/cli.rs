@@ -399,7 +399,7 @@ pub(crate) enum Command {
     Replay(Replay),
     /// Evaluate genomes, find the best, or play a tournament
     Evaluate(Evaluate),
-    /// Write a controller as a C file that checks its own bits
+    /// Write a controller in C or another language, with a check of its bits
     Export(Export),
     /// Compare experiments: scores, tests and figures in one report
     Compare(Compare),
@@ -866,10 +866,10 @@ pub(crate) struct Export {
     /// an experiment's TOML file [default: the newest run]
     #[arg(value_hint = ValueHint::AnyPath)]
     pub(crate) champion: Option<PathBuf>,
-    /// What to write: c (a C99 file)
+    /// What to write: c (a C99 file), cpp (a C++ header), arduino (a library, a folder), rust, javascript, python, or lua
     #[arg(long, value_name = "TARGET")]
-    pub(crate) to: String,
-    /// The file to write; one that exists is never overwritten [default: the experiment's name, in the current folder]
+    pub(crate) to: Option<String>,
+    /// The file or folder to write; files that exist are never overwritten [default: the experiment's name, in the current folder]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
     /// What the names in the file begin with: letters, digits and _ [default: the experiment's name]

@@ -17,11 +17,16 @@
 //! ```
 
 mod c;
+mod cpp;
+mod objects;
+mod pieces;
+mod rust;
+mod scripts;
 
 use oneiro_shader_compiler::interpret::{self, Buffers};
 use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::Program;
-use oneiro_shader_compiler::{Generic, c as printer};
+use oneiro_shader_compiler::{Generic, language};
 
 use crate::batch::{KEY_WORDS, LEAST_GENE, Rollout, Trace, TraceRequest, Worlds};
 use crate::evaluator::{Control, Evaluator};
@@ -35,6 +40,8 @@ use crate::world::tables::{MotorTable, SENSOR_NAMES};
 use crate::world::{Build, Controller as Kind, Noise, Robot, World, WorldSpec};
 
 pub use c::c;
+pub use cpp::{arduino, cpp};
+pub use objects::{javascript, lua, python, rust};
 
 /// Duration of a control cycle, s.
 pub const PERIOD: f32 = 0.1;
@@ -45,26 +52,65 @@ const GREATEST_TABLE: usize = 1 << 14;
 /// Most turns of all loops of a cycle.
 const TURNS: u64 = 10_000_000;
 
-/// A language or system that a controller is printed for, and what prints it: the controller, its name, lines that say where it is from,
-/// and cycles to check it by.
+/// Prints a controller: the controller, its name, lines that say where it is from, and cycles to check it by.
+pub type Print<Text> = fn(&Controller, &str, &[String], &[Recorded]) -> Text;
+
+/// A language or system that a controller is printed for.
 pub struct Target {
     /// Its name.
     pub name: &'static str,
     /// What is written.
     pub about: &'static str,
-    /// Ends that the file's name may have, the usual one first.
-    pub extensions: &'static [&'static str],
-    /// Prints it.
-    pub print: fn(&Controller, &str, &[String], &[Recorded]) -> String,
+    /// What it is written as.
+    pub form: Form,
+}
+
+/// What a controller is written as.
+pub enum Form {
+    /// A file, the ends that its name may have, the usual one first.
+    File(&'static [&'static str], Print<String>),
+    /// A folder with files, by their paths.
+    Folder(Print<Vec<(String, String)>>),
 }
 
 /// Everything that controllers are printed for.
-pub const TARGETS: &[Target] = &[Target {
-    name: "c",
-    about: "a C99 file without libraries, with a function that checks its own bits",
-    extensions: &["c", "h"],
-    print: c,
-}];
+pub const TARGETS: &[Target] = &[
+    Target {
+        name: "c",
+        about: "a C99 file without libraries, with a function that checks its own bits",
+        form: Form::File(&["c", "h"], c),
+    },
+    Target {
+        name: "cpp",
+        about: "a C++ header with a class",
+        form: Form::File(&["hpp", "h"], cpp),
+    },
+    Target {
+        name: "arduino",
+        about: "an Arduino library, a folder with an example",
+        form: Form::Folder(arduino),
+    },
+    Target {
+        name: "rust",
+        about: "a Rust module without std",
+        form: Form::File(&["rs"], rust),
+    },
+    Target {
+        name: "javascript",
+        about: "a JavaScript module",
+        form: Form::File(&["mjs", "js"], javascript),
+    },
+    Target {
+        name: "python",
+        about: "a Python module without packages",
+        form: Form::File(&["py"], python),
+    },
+    Target {
+        name: "lua",
+        about: "a Lua module, for Lua 5.1 and newer",
+        form: Form::File(&["lua"], lua),
+    },
+];
 
 /// What a controller reads.
 #[derive(Clone, Debug, PartialEq)]
@@ -214,7 +260,7 @@ impl Source {
             signed_zeros: self.signed_zeros,
         }));
         let mut tables = vec![Table::default(); self.tables.len()];
-        for buffer in printer::touched(&program) {
+        for buffer in language::touched(&program) {
             let table = &self.tables[buffer as usize];
             if table.name == "exported" {
                 continue;
@@ -298,7 +344,7 @@ impl Controller {
         let exported = self.exported();
         [&self.begin, &self.cycle]
             .iter()
-            .any(|program| printer::loads(program, exported, word))
+            .any(|program| language::loads(program, exported, word))
     }
 
     /// The number of the buffer that the caller has.

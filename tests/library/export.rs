@@ -1,5 +1,6 @@
-//! Controllers as C: all kinds have the simulator's bits in thousands of cycles, by every compiler and with every optimisation; what would
-//! change the bits doesn't compile, has no effect, or is found by the file itself.
+//! Controllers in other languages: in C all kinds have the simulator's bits in thousands of cycles, by every compiler and with every
+//! optimisation; what would change the bits doesn't compile, has no effect, or is found by the file itself. Files in the other languages
+//! find nothing that differs in their first cycles, and in `tests/long.sh` in all.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -12,7 +13,7 @@ use oneiro::automode::Modules;
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Genomes};
-use oneiro::export::{Controller, Recorded, c};
+use oneiro::export::{Controller, Form, Recorded, TARGETS, arduino, c};
 use oneiro::foraging::Forager;
 use oneiro::random::Key;
 use oneiro::world::{self, Noise, Robot, World, WorldSpec};
@@ -281,6 +282,236 @@ fn all_kinds_of_controllers_have_the_simulators_bits_in_c() {
     }
     println!("{} controllers, {cycles} cycles", names.len());
     assert!(cycles > 10_000);
+}
+
+/// A language: the target, what runs it, and a driver's text with `NAMES`, each with `check` around it, whose lines are what checks return.
+struct Driven {
+    target: &'static str,
+    /// Programs of which the first is there, and the options before the driver's name.
+    programs: &'static [&'static [&'static str]],
+    driver: &'static str,
+    /// Its beginning, and what it does, for each controller.
+    each: [fn(&str) -> String; 2],
+}
+
+const DRIVEN: [Driven; 6] = [
+    Driven {
+        target: "cpp",
+        programs: &[
+            &["g++", "-std=c++11", "-O2", "-o", "driver"],
+            &["clang++", "-std=c++11", "-O1", "-o", "driver"],
+        ],
+        driver: "driver.cpp",
+        // Twice, as by two headers.
+        each: [
+            |name| format!("#include \"{name}.hpp\"\n#include \"{name}.hpp\"\n"),
+            |name| format!("std::printf(\"%d\\n\", {name}::check());\n"),
+        ],
+    },
+    Driven {
+        target: "rust",
+        programs: &[&["rustc", "--edition=2021", "-Dwarnings", "-o", "driver"]],
+        driver: "driver.rs",
+        each: [
+            |name| format!("mod {name};\n"),
+            |name| format!("println!(\"{{}}\", {name}::check());\n"),
+        ],
+    },
+    Driven {
+        target: "javascript",
+        programs: &[&["node"]],
+        driver: "driver.mjs",
+        each: [
+            |name| format!("import * as {name} from \"./{name}.mjs\";\n"),
+            |name| format!("console.log({name}.check());\n"),
+        ],
+    },
+    Driven {
+        target: "python",
+        programs: &[&["python3"]],
+        driver: "driver.py",
+        each: [
+            |name| format!("import {name}\n"),
+            |name| format!("print({name}.check())\n"),
+        ],
+    },
+    Driven {
+        target: "lua",
+        programs: &[&["lua5.1"]],
+        driver: "driver.lua",
+        each: [
+            |_| String::new(),
+            |name| format!("print(require(\"{name}\").check())\n"),
+        ],
+    },
+    Driven {
+        target: "lua",
+        programs: &[&["lua5.4"]],
+        driver: "driver.lua",
+        each: [
+            |_| String::new(),
+            |name| format!("print(string.format(\"%d\", require(\"{name}\").check()))\n"),
+        ],
+    },
+];
+
+impl Driven {
+    /// What the checks of controllers return.
+    fn checked(&self, folder: &Path, program: &[&str], subjects: &[&Subject], cycles: usize) -> Vec<u32> {
+        let target = TARGETS.iter().find(|target| target.name == self.target).unwrap();
+        let Form::File(extensions, print) = target.form else {
+            panic!("{} is a folder", self.target);
+        };
+        let [mut begin, mut body] = [const { String::new() }; 2];
+        for Subject {
+            name,
+            controller,
+            cycles: all,
+        } in subjects
+        {
+            let origin = ["a test /* of */ comments".to_owned()];
+            let text = print(controller, name, &origin, &all[..cycles.min(all.len())]);
+            fs::write(folder.join(name).with_extension(extensions[0]), text).unwrap();
+            begin += &self.each[0](name);
+            body += &self.each[1](name);
+        }
+        let text = match self.target {
+            "cpp" => format!("#include <cstdio>\n{begin}int main() {{\n{body}}}\n"),
+            "rust" => format!("#![no_std]\nextern crate std;\nuse std::println;\n{begin}fn main() {{\n{body}}}\n"),
+            _ => begin + &body,
+        };
+        fs::write(folder.join(self.driver), text).unwrap();
+        let [program, options @ ..] = program else {
+            unreachable!()
+        };
+        let quiet: &[&str] = if self.target == "cpp" { &QUIET } else { &[] };
+        let options = [quiet, options].concat();
+        let mut output = compile(folder, program, &options, &[self.driver.to_owned()]);
+        let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{program} {options:?}: {messages}");
+        if options.contains(&"-o") {
+            output = Command::new(folder.join("driver")).output().unwrap();
+        }
+        let lines = String::from_utf8(output.stdout).unwrap();
+        lines.lines().map(|line| line.parse().unwrap()).collect()
+    }
+}
+
+#[test]
+fn other_languages_have_the_simulators_bits() {
+    let subjects = subjects();
+    let is_long = env::var_os("ONEIRO_LONG").is_some();
+    let cycles = if is_long { usize::MAX } else { 60 };
+    let is_usual = |subject: &&Subject| ["network_4", "machine", "own"].contains(&&*subject.name);
+    let all: Vec<&Subject> = subjects.iter().filter(|subject| is_long || is_usual(subject)).collect();
+    for driven in &DRIVEN {
+        let folder = Folder::new(driven.target);
+        let is_there = |program: &&&[&str]| Command::new(program[0]).arg("-v").output().is_ok();
+        let Some(program) = driven.programs.iter().find(is_there) else {
+            skipped(
+                "languages",
+                &format!("controllers in {} by {:?}", driven.target, driven.programs),
+            );
+            continue;
+        };
+        let differing = driven.checked(&folder.0, program, &all, cycles);
+        let wrong: Vec<_> = all.iter().zip(&differing).filter(|(_, number)| **number != 0).collect();
+        let wrong: Vec<_> = wrong.iter().map(|(subject, number)| (&subject.name, number)).collect();
+        assert!(
+            wrong.is_empty() && differing.len() == all.len(),
+            "{program:?}: {wrong:?}"
+        );
+        // An output's last bit, and what is remembered.
+        let mut changed = network_subject();
+        changed.cycles[11].outputs[1] = changed.cycles[11].outputs[1].next_up();
+        assert_eq!(driven.checked(&folder.0, program, &[&changed], 16), [12], "{program:?}");
+        changed.cycles[3].after = changed.cycles[0].before.clone();
+        assert_eq!(driven.checked(&folder.0, program, &[&changed], 16), [4], "{program:?}");
+        println!("{program:?}: {} controllers", all.len());
+    }
+}
+
+/// The core that Debian has for an Uno.
+const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
+
+/// An example's program says on an emulated Uno that its controller has the bits, and drives.
+#[test]
+fn an_arduino_sketch_has_the_simulators_bits() {
+    let is_there = |tool| Command::new(tool).arg("--version").output().is_ok();
+    if !Path::new(ARDUINO).is_dir() || !is_there("avr-gcc") || !is_there("simavr") {
+        skipped(
+            "microcontrollers",
+            "an Arduino library, for want of arduino-core-avr, avr-gcc or simavr",
+        );
+        return;
+    }
+    let subjects = subjects();
+    let folder = Folder::new("arduino");
+    let core = format!("{ARDUINO}/cores/arduino");
+    let mut sources: Vec<String> = fs::read_dir(&core)
+        .unwrap()
+        .map(|entry| entry.unwrap().path().display().to_string())
+        .filter(|path| [".c", ".cpp", ".S"].iter().any(|end| path.ends_with(end)))
+        // Debian's compiler is older than it.
+        .filter(|path| !path.ends_with("WString.cpp"))
+        .collect();
+    sources.push("sketch.cpp".to_owned());
+    // It draws random numbers.
+    let name = "own";
+    let subject = subjects.iter().find(|subject| subject.name == name).unwrap();
+    for (path, text) in arduino(&subject.controller, name, &[], &subject.cycles[..8]) {
+        let path = folder.0.join(name).join(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    // The development environment does the same to a sketch.
+    let sketch = fs::read_to_string(folder.0.join(format!("{name}/examples/{name}/{name}.ino"))).unwrap();
+    fs::write(folder.0.join("sketch.cpp"), format!("#include <Arduino.h>\n{sketch}")).unwrap();
+    let options = [
+        "-std=gnu++11",
+        "-mmcu=atmega328p",
+        "-DF_CPU=16000000L",
+        "-DARDUINO=10819",
+        "-DARDUINO_AVR_UNO",
+        "-DARDUINO_ARCH_AVR",
+        "-Os",
+        "-w",
+        "-fpermissive",
+        "-fno-exceptions",
+        "-fno-threadsafe-statics",
+        "-ffunction-sections",
+        "-fdata-sections",
+        "-Wl,--gc-sections",
+        "-o",
+        "program",
+        "-I",
+        &core,
+        "-I",
+        &format!("{ARDUINO}/variants/standard"),
+        "-I",
+        &format!("{name}/src"),
+    ];
+    let compiled = compile(&folder.0, "avr-gcc", &options, &sources);
+    let messages = String::from_utf8_lossy(&compiled.stderr);
+    assert!(compiled.status.success(), "{name}: {messages}");
+    // It runs for good.
+    let mut command = Command::new("timeout");
+    let output = command
+        .args(["3", "simavr", "-m", "atmega328p", "-f", "16000000", "program"])
+        .current_dir(&folder.0)
+        .output()
+        .unwrap();
+    let shown = [output.stdout, output.stderr].concat();
+    let shown = String::from_utf8_lossy(&shown).into_owned();
+    let lines: Vec<_> = shown
+        .lines()
+        .filter_map(|line| line.rsplit_once("[32m")?.1.split("..").next())
+        .collect();
+    assert!(lines.first() == Some(&"0") && lines.len() > 2, "{name}: {shown}");
+    assert!(
+        lines[1].split(' ').all(|speed| speed.parse::<f32>().is_ok()),
+        "{name}: {shown}"
+    );
 }
 
 /// A controller whose bits any fused product changes.

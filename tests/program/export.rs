@@ -100,6 +100,43 @@ fn a_run_names_its_champion() {
     assert_eq!(json["draws"], false);
 }
 
+/// Every target is written where it is told, or by the experiment's name, and nothing that exists is overwritten.
+#[test]
+fn every_target_is_written() {
+    let place = Place::new("targets");
+    place.write("small.toml", SMALL);
+    place.evolved("small.toml", "3", "out", &[]);
+    for (target, file) in [
+        ("c", "small.c"),
+        ("cpp", "small.hpp"),
+        ("arduino", "small/src/small.h"),
+        ("rust", "small.rs"),
+        ("javascript", "small.mjs"),
+        ("python", "small.py"),
+        ("lua", "small.lua"),
+    ] {
+        place.good(&["export", "out", "--to", target]);
+        let text = place.text(file);
+        assert!(
+            text.contains("small (with seed 3: ") && text.contains("left_90_to_left = "),
+            "{file}"
+        );
+        let has_place = text.contains("@head@") || text.contains("@constants@");
+        assert!(!has_place, "{file}");
+        // The same again is there already.
+        place.good(&["export", "out", "--to", target]);
+        place
+            .run(&["export", "out", "--to", target, "--checks", "3"])
+            .exits(3)
+            .says(&["small", "exists"]);
+    }
+    assert!(place.text("small/library.properties").starts_with("name=small\n"));
+    place
+        .run(&["export", "out", "--to", "arduino", "--out", "small.c"])
+        .exits(3)
+        .says(&["small.c", "is a file"]);
+}
+
 #[test]
 fn what_cannot_be_exported_is_refused() {
     let place = Place::new("refused");
@@ -113,8 +150,12 @@ fn what_cannot_be_exported_is_refused() {
             .says(words);
     };
     refused(3, &["none", "--to", "c"], &["none"]);
-    refused(2, &["small.toml"], &["--to"]);
-    refused(2, &["small.toml", "--to", "cobol"], &["cobol", "allowed: c"]);
+    refused(2, &["small.toml"], &["--to", "missing; allowed: c (", "; lua ("]);
+    refused(
+        2,
+        &["small.toml", "--to", "cobol"],
+        &["cobol", "allowed: c (", "; lua ("],
+    );
     refused(2, &["small.toml", "--to", "c"], &["small.toml", "--genome"]);
     refused(3, &["small.toml", "--to", "c", "--genome", "other.csv"], &["other.csv"]);
     refused(

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use oneiro::cpu::Cpu;
-use oneiro::export::{Controller, Recorded, TARGETS};
+use oneiro::export::{Controller, Form, Recorded, TARGETS, Target};
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files;
+use oneiro_base::{files, plain};
 use oneiro_evolve::Population;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::genomes;
@@ -32,14 +32,7 @@ struct Subject {
 
 /// Writes the controller, after it has acted in an episode with the simulator's bits.
 pub(crate) fn run(arguments: &Export, console: Console) -> Result {
-    let Some(target) = TARGETS.iter().find(|target| target.name == arguments.to) else {
-        let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
-        return Err(Failure::usage(format_args!(
-            "--to {}: is no target; allowed: {}",
-            arguments.to,
-            names.join(", ")
-        )));
-    };
+    let target = target(arguments.to.as_deref())?;
     let Subject {
         experiment,
         genome,
@@ -50,14 +43,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         Some(name) => checked(name)?,
         None => identifier(experiment.name()),
     };
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(&name).with_extension(target.extensions[0]));
-    let is_of_target = |ending: &&str| out.extension().is_some_and(|extension| extension == *ending);
-    if !target.extensions.iter().any(is_of_target) {
-        files::must_end_in("--out", &out, target.extensions[0], target.about)?;
-    }
+    let out = out(arguments.out.as_deref(), &name, target)?;
     let seed = arguments.seed.unwrap_or(seed);
     let key = Keys::of_seed(seed).of(0, arguments.trial as usize);
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
@@ -95,8 +81,14 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         ),
     ];
     let chosen = spread(&cycles, arguments.checks as usize);
-    let text = (target.print)(&controller, &name, &origin, &chosen);
-    files::write_new(&out, text.as_bytes())?;
+    let texts = match target.form {
+        Form::File(_, print) => vec![(out.clone(), print(&controller, &name, &origin, &chosen))],
+        Form::Folder(print) => {
+            let files = print(&controller, &name, &origin, &chosen).into_iter();
+            files.map(|(file, text)| (out.join(file), text)).collect()
+        }
+    };
+    write(&texts)?;
     let path = out.display().to_string();
     let value = json!({
         "file": path,
@@ -119,7 +111,55 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         ..Answer::new(String::new(), value)
     };
     console.print_answer(&answer)?;
-    console.next(format!("gcc -std=c99 -Wall -fsyntax-only {}", files::for_shell(&path)));
+    if target.name == "c" {
+        console.next(format!("gcc -std=c99 -Wall -fsyntax-only {}", files::for_shell(&path)));
+    }
+    Ok(())
+}
+
+/// The named target.
+fn target(to: Option<&str>) -> Result<&'static Target> {
+    TARGETS.iter().find(|target| Some(target.name) == to).ok_or_else(|| {
+        let allowed: Vec<_> = TARGETS
+            .iter()
+            .map(|target| format!("{} ({})", target.name, target.about))
+            .collect();
+        let problem = match to {
+            Some(to) => format!("{to}: is no target"),
+            None => "names what to write, and is missing".to_owned(),
+        };
+        Failure::usage(format_args!("--to {problem}; allowed: {}", allowed.join("; ")))
+    })
+}
+
+/// Where to write.
+fn out(out: Option<&Path>, name: &str, target: &Target) -> Result<PathBuf> {
+    let Form::File(extensions, _) = target.form else {
+        let out = out.unwrap_or(Path::new(name));
+        files::must_not_be_file(out)?;
+        return Ok(out.to_owned());
+    };
+    let out = out.map_or_else(|| PathBuf::from(name).with_extension(extensions[0]), Path::to_owned);
+    let is_of_target = |ending: &&str| out.extension().is_some_and(|extension| extension == *ending);
+    if !extensions.iter().any(is_of_target) {
+        files::must_end_in("--out", &out, extensions[0], target.about)?;
+    }
+    Ok(out)
+}
+
+/// Writes files, none of which is there with other bytes.
+fn write(texts: &[(PathBuf, String)]) -> Result {
+    let is_new = |(path, text): &&(PathBuf, String)| !files::is_already(path, text.as_bytes());
+    for (path, _) in texts.iter().filter(is_new) {
+        files::must_not_exist(path)?;
+    }
+    for (path, text) in texts {
+        if let [_, _, ..] = texts {
+            let folder = path.parent().unwrap_or(path);
+            plain::make_directory(folder).map_err(|error| files::uncreated(folder, &error))?;
+        }
+        files::write_new(path, text.as_bytes())?;
+    }
     Ok(())
 }
 

@@ -1,22 +1,7 @@
-//! Prints a program as the body of a C99 function for one lane, with the same bits: floats are single, integers wrap, and nothing is
-//! called but the functions of [`helpers`]. An exit is a `break` from the innermost loop, or a jump to the end of the block that it leaves.
+//! C99 with the same bits: floats are single, integers wrap, and nothing is called but the functions of [`helpers`].
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
-
-use crate::print::INLINE;
-use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
-
-/// A buffer as the C function has it.
-#[derive(Clone, Debug)]
-pub enum Memory {
-    /// An array of `uint32_t` with this name; the expression of its number of elements, 1 or more.
-    Words(String, String),
-    /// The same, of constants, which lie in the flash memory of processors with another one for data.
-    Constants(String, String),
-    /// A place with a type for each word. All are read and written at constant places.
-    Places(Vec<(String, Ty)>),
-}
+use crate::language::{Exits, Language, Opening, Operand, bare};
+use crate::tree::{Binary, Label, Op, Program, Ty, Unary};
 
 /// What a file begins with: it refuses to be compiled with arithmetic that gives other bits, and keeps products from being fused with sums,
 /// which GCC does by default on processors that can, whatever the pragma of the C standard says. Constants are marked `ONEIRO_FLASH`.
@@ -188,47 +173,6 @@ pub fn constant(bits: u32, ty: Ty) -> String {
     }
 }
 
-/// Numbers of the buffers that a program reads or writes.
-pub fn touched(program: &Program) -> BTreeSet<u32> {
-    let mut touched = BTreeSet::new();
-    visit(&program.body, &mut |statement| {
-        if let Statement::Load { address, .. } | Statement::Store { address, .. } = statement {
-            touched.insert(address.buffer);
-        }
-    });
-    touched
-}
-
-/// Whether a program reads a word of a buffer that is a struct.
-pub fn loads(program: &Program, buffer: u32, word: u32) -> bool {
-    let uses = program.uses();
-    let mut is_loaded = false;
-    visit(&program.body, &mut |statement| {
-        if let Statement::Load { targets, address } = statement {
-            let used = (0..).zip(targets).filter(|(_, target)| uses.contains_key(target));
-            is_loaded |= address.buffer == buffer && used.into_iter().any(|(at, _)| address.offset + at == word);
-        }
-    });
-    is_loaded
-}
-
-/// Prints a program as statements of a function, which `memory` has the buffers of, by binding number. Its own place among others is in the
-/// parameters `workgroup` and `lane`, if it asks for it.
-pub fn print(program: &Program, memory: &[Memory]) -> String {
-    let mut printer = Printer {
-        program,
-        memory,
-        uses: program.uses(),
-        texts: BTreeMap::new(),
-        around: Vec::new(),
-        left: BTreeSet::new(),
-        out: String::new(),
-        depth: 1,
-    };
-    printer.block(&program.body);
-    printer.out
-}
-
 /// Computes what compares an unsigned number with the minimum or the maximum: compilers warn of comparisons that always come out alike.
 pub(crate) fn compare_limits(program: &mut Program) {
     for at in 0..program.values.len() {
@@ -268,260 +212,52 @@ pub(crate) fn compare_limits(program: &mut Program) {
     }
 }
 
-struct Printer<'a> {
-    program: &'a Program,
-    memory: &'a [Memory],
-    uses: BTreeMap<Value, u32>,
-    /// Expressions of values that are printed at their use.
-    texts: BTreeMap<Value, String>,
-    /// Blocks that can be left around the statement, and whether each is a loop.
-    around: Vec<(Label, bool)>,
-    /// Blocks that jumps leave.
-    left: BTreeSet<Label>,
-    out: String,
-    depth: usize,
-}
+/// C99, which is also C++.
+#[derive(Clone, Copy, Debug)]
+pub struct C;
 
-impl Printer<'_> {
-    fn line(&mut self, text: &str) {
-        let _ = writeln!(self.out, "{:indent$}{text}", "", indent = 4 * self.depth);
+impl Language for C {
+    fn exits(&self) -> Exits {
+        Exits::Jumps
     }
 
-    fn block(&mut self, block: &Block) {
-        for statement in block {
-            self.statement(statement);
+    fn constant(&self, bits: u32, ty: Ty) -> String {
+        constant(bits, ty)
+    }
+
+    fn unary(&self, op: Unary, ty: Ty, x: &str) -> String {
+        match (op, ty) {
+            (Unary::Negate, Ty::F32) => format!("(-{x})"),
+            (Unary::Negate, Ty::I32) => format!("((int32_t)(0u - (uint32_t){x}))"),
+            (Unary::Negate, _) => format!("(0u - {x})"),
+            (Unary::Not, Ty::Bool) => format!("(!{x})"),
+            (Unary::Not, _) => format!("(~{x})"),
+            (Unary::Abs, Ty::F32) => format!("number_of(bits_of({}) & 0x7fffffffu)", bare(x)),
+            (Unary::Abs, Ty::I32) => format!("({x} < 0 ? (int32_t)(0u - (uint32_t){x}) : {x})"),
+            (Unary::Abs, _) => x.to_owned(),
+            (Unary::Floor, _) => format!("rounded_down({})", bare(x)),
+            (Unary::Trunc, _) => format!("truncated({})", bare(x)),
         }
     }
 
-    fn indented(&mut self, block: &Block) {
-        self.depth += 1;
-        self.block(block);
-        self.depth -= 1;
-    }
-
-    fn statement(&mut self, statement: &Statement) {
-        match statement {
-            Statement::Let(value) => self.computed(*value),
-            Statement::Load { targets, address } => self.load(targets, address),
-            Statement::Declare(variable) => {
-                let info = &self.program.variables[variable.0 as usize];
-                let (ty, init) = (type_name(info.ty), constant(info.init, info.ty));
-                let name = self.variable(*variable);
-                self.line(&format!("{ty} {name} = {};", bare(&init)));
-            }
-            Statement::DeclareArray(array) => {
-                let info = &self.program.arrays[array.0 as usize];
-                let elements: Vec<_> = info.init.iter().map(|bits| constant(*bits, info.ty)).collect();
-                let (ty, name) = (type_name(info.ty), self.array(*array));
-                let (count, elements) = (elements.len(), elements.join(", "));
-                self.line(&format!("{ty} {name}[{count}] = {{{elements}}};"));
-            }
-            Statement::Write(variable, value) => {
-                let (name, value) = (self.variable(*variable), self.text(*value));
-                self.line(&format!("{name} = {};", bare(&value)));
-            }
-            Statement::WriteElement {
-                array, index, value, ..
-            } => {
-                let (element, value) = (self.element(*array, *index), self.text(*value));
-                self.line(&format!("{element} = {};", bare(&value)));
-            }
-            Statement::Store { address, value, .. } => self.store(address, *value),
-            Statement::If {
-                condition,
-                accept,
-                reject,
-            } => self.branch(*condition, accept, reject),
-            Statement::Loop { label, body, .. } => {
-                self.around.push((*label, true));
-                self.line("for (;;) {");
-                self.indented(body);
-                self.line("}");
-                self.end(*label);
-            }
-            Statement::Labeled { label, body, .. } => {
-                self.around.push((*label, false));
-                let mut is_left = false;
-                visit(body, &mut |statement| {
-                    is_left |= matches!(statement, Statement::Exit(left) if left == label);
-                });
-                if is_left {
-                    self.line("{");
-                    self.indented(body);
-                    self.line("}");
-                } else {
-                    self.block(body);
-                }
-                self.end(*label);
-            }
-            Statement::Exit(label) => {
-                let innermost = self.around.iter().rev().find(|(_, is_loop)| *is_loop);
-                if innermost.is_some_and(|(innermost, _)| innermost == label) {
-                    self.line("break;");
-                } else {
-                    self.left.insert(*label);
-                    self.line(&format!("goto end_{};", label.0));
-                }
-            }
-        }
-    }
-
-    /// Ends a block that can be left.
-    fn end(&mut self, label: Label) {
-        self.around.pop();
-        if self.left.contains(&label) {
-            self.line(&format!("end_{}:;", label.0));
-        }
-    }
-
-    fn branch(&mut self, condition: Value, accept: &Block, reject: &Block) {
-        let test = self.text(condition);
-        if accept.is_empty() {
-            self.line(&format!("if (!{test}) {{"));
-            self.indented(reject);
-        } else {
-            self.line(&format!("if ({}) {{", bare(&test)));
-            self.indented(accept);
-            if !reject.is_empty() {
-                self.line("} else {");
-                self.indented(reject);
-            }
-        }
-        self.line("}");
-    }
-
-    /// Prints a value, or keeps its expression for its only use.
-    fn computed(&mut self, value: Value) {
-        let op = self.program.op(value);
-        let text = match op {
-            Op::Constant(_) => return,
-            _ => self.expression(value),
-        };
-        let is_pure = !matches!(op, Op::Read(_) | Op::ReadElement(..));
-        if is_pure && self.uses.get(&value) == Some(&1) && text.len() <= INLINE {
-            self.texts.insert(value, text);
-        } else {
-            self.named(value, &text);
-        }
-    }
-
-    fn named(&mut self, value: Value, text: &str) {
-        let (ty, name) = (type_name(self.program.ty(value)), self.program.name(value));
-        self.line(&format!("const {ty} {name} = {};", bare(text)));
-    }
-
-    fn variable(&self, variable: Variable) -> String {
-        self.program.variable_name(variable)
-    }
-
-    fn array(&self, array: Array) -> String {
-        format!("{}_a{}", self.program.arrays[array.0 as usize].name, array.0)
-    }
-
-    /// An element; beyond the last, the last one.
-    fn element(&self, array: Array, index: Value) -> String {
-        let last = self.program.arrays[array.0 as usize].init.len() as u32 - 1;
-        format!("{}[{}]", self.array(array), self.clamped(index, last))
-    }
-
-    /// An index of at most `last`.
-    fn clamped(&self, index: Value, last: u32) -> String {
-        if let Op::Constant(bits) = self.program.op(index) {
-            return bits.min(last).to_string();
-        }
-        let text = self.text(index);
-        let text = match self.program.ty(index) {
-            Ty::I32 => format!("(uint32_t){text}"),
-            _ => text,
-        };
-        format!("{text} < {last}u ? {} : {last}u", bare(&text))
-    }
-
-    /// Expression of a value at its use.
-    fn text(&self, value: Value) -> String {
-        match self.program.op(value) {
-            Op::Constant(bits) => constant(bits, self.program.ty(value)),
-            _ => self
-                .texts
-                .get(&value)
-                .cloned()
-                .unwrap_or_else(|| self.program.name(value)),
-        }
-    }
-
-    fn is_constant(&self, value: Value) -> bool {
-        matches!(self.program.op(value), Op::Constant(_))
-    }
-
-    fn expression(&self, value: Value) -> String {
-        let ty = self.program.ty(value);
-        match self.program.op(value) {
-            Op::Constant(_) | Op::Loaded => self.text(value),
-            Op::Lane => "lane".to_owned(),
-            Op::Workgroup => "workgroup".to_owned(),
-            Op::Read(variable) => self.variable(variable),
-            Op::ReadElement(array, index) => self.element(array, index),
-            Op::Unary(op, a) => unary(op, ty, &self.text(a)),
-            Op::Binary(op, a, b) => self.binary(op, a, b),
-            Op::Select {
-                condition,
-                accept,
-                reject,
-            } => {
-                let [test, yes, no] = [condition, accept, reject].map(|value| self.text(value));
-                // An `unsigned` has 16 bits on small processors.
-                let is_short = ty == Ty::U32 && self.is_constant(accept) && self.is_constant(reject);
-                let cast = if is_short { "(uint32_t)" } else { "" };
-                format!("({test} ? {cast}{yes} : {cast}{no})")
-            }
-            Op::Convert(a) => {
-                let x = self.text(a);
-                match (self.program.ty(a), ty) {
-                    (from, to) if from == to => x,
-                    (Ty::Bool, Ty::F32) => format!("({x} ? 1.0f : 0.0f)"),
-                    (Ty::Bool, Ty::I32) => format!("({x} ? 1 : 0)"),
-                    (Ty::Bool, _) => format!("({x} ? (uint32_t)1u : (uint32_t)0u)"),
-                    (Ty::F32, Ty::Bool) => format!("({x} != 0.0f)"),
-                    (_, Ty::Bool) => format!("({x} != 0)"),
-                    (Ty::F32, Ty::I32) => format!("whole_of({})", bare(&x)),
-                    (Ty::F32, Ty::U32) => format!("((uint32_t)whole_of({}))", bare(&x)),
-                    (Ty::U32, Ty::F32) => format!("((float)(int32_t){x})"),
-                    (_, ty) => format!("(({}){x})", type_name(ty)),
-                }
-            }
-            Op::Bitcast(a) => {
-                let x = self.text(a);
-                match (self.program.ty(a), ty) {
-                    (from, to) if from == to => x,
-                    (Ty::F32, Ty::I32) => format!("((int32_t)bits_of({}))", bare(&x)),
-                    (Ty::F32, _) => format!("bits_of({})", bare(&x)),
-                    (Ty::I32, Ty::F32) => format!("number_of((uint32_t){x})"),
-                    (_, Ty::F32) => format!("number_of({})", bare(&x)),
-                    (_, ty) => format!("(({}){x})", type_name(ty)),
-                }
-            }
-        }
-    }
-
-    fn binary(&self, op: Binary, a: Value, b: Value) -> String {
-        let ty = self.program.ty(a);
-        let (mut x, y) = (self.text(a), self.text(b));
-        if ty == Ty::U32 && self.is_constant(a) && self.is_constant(b) {
+    fn binary(&self, op: Binary, ty: Ty, left: &Operand, right: &Operand) -> String {
+        let (mut x, y) = (left.text.clone(), &right.text);
+        if ty == Ty::U32 && left.bits.is_some() && right.bits.is_some() {
             x = format!("(uint32_t){x}");
         }
-        let shifted_by = || match self.program.op(b) {
-            Op::Constant(bits) => (bits & 31).to_string(),
-            _ => format!("({y} & 31u)"),
+        let shifted_by = || match right.bits {
+            Some(bits) => (bits & 31).to_string(),
+            None => format!("({y} & 31u)"),
         };
         // Unsigned integers wrap.
         let wrapping = |symbol: &str| match ty {
             Ty::I32 => format!("((int32_t)((uint32_t){x} {symbol} (uint32_t){y}))"),
             _ => format!("({x} {symbol} {y})"),
         };
-        let divisor = || match self.program.op(b) {
-            Op::Constant(bits) => format!("{}u", bits.max(1)),
-            _ if ty == Ty::I32 => format!("divisor_of((uint32_t){y})"),
-            _ => format!("divisor_of({})", bare(&y)),
+        let divisor = || match right.bits {
+            Some(bits) => format!("{}u", bits.max(1)),
+            None if ty == Ty::I32 => format!("divisor_of((uint32_t){y})"),
+            None => format!("divisor_of({})", bare(y)),
         };
         let divided = |symbol: &str| match ty {
             Ty::I32 => format!("((int32_t)((uint32_t){x} {symbol} {}))", divisor()),
@@ -553,101 +289,73 @@ impl Printer<'_> {
         }
     }
 
-    /// A word's place and type.
-    fn place(&self, address: &Address, word: u32) -> (String, Ty) {
-        let offset = address.offset + word;
-        match &self.memory[address.buffer as usize] {
-            Memory::Places(places) => {
-                let element = match address.element.map(|element| self.program.op(element)) {
-                    None => 0,
-                    Some(Op::Constant(bits)) => bits,
-                    Some(_) => unreachable!("places are known"),
-                };
-                places[(element * address.stride + offset) as usize].clone()
-            }
-            Memory::Words(name, elements) => (format!("{name}[{}]", self.at(address, offset, elements)), Ty::U32),
-            Memory::Constants(name, elements) => (
-                format!("constant_of(&{name}[{}])", self.at(address, offset, elements)),
-                Ty::U32,
-            ),
+    fn select(&self, ty: Ty, test: &str, accept: &Operand, reject: &Operand) -> String {
+        // An `unsigned` has 16 bits on small processors.
+        let is_short = ty == Ty::U32 && accept.bits.is_some() && reject.bits.is_some();
+        let cast = if is_short { "(uint32_t)" } else { "" };
+        format!("({test} ? {cast}{} : {cast}{})", accept.text, reject.text)
+    }
+
+    fn convert(&self, from: Ty, to: Ty, x: &str) -> String {
+        match (from, to) {
+            (Ty::Bool, Ty::F32) => format!("({x} ? 1.0f : 0.0f)"),
+            (Ty::Bool, Ty::I32) => format!("({x} ? 1 : 0)"),
+            (Ty::Bool, _) => format!("({x} ? (uint32_t)1u : (uint32_t)0u)"),
+            (Ty::F32, Ty::Bool) => format!("({x} != 0.0f)"),
+            (_, Ty::Bool) => format!("({x} != 0)"),
+            (Ty::F32, Ty::I32) => format!("whole_of({})", bare(x)),
+            (Ty::F32, Ty::U32) => format!("((uint32_t)whole_of({}))", bare(x)),
+            (Ty::U32, Ty::F32) => format!("((float)(int32_t){x})"),
+            (_, to) => format!("(({}){x})", type_name(to)),
         }
     }
 
-    /// The index of a word in an array with so many elements.
-    fn at(&self, address: &Address, offset: u32, elements: &str) -> String {
-        let Some(element) = address.element else {
-            return offset.to_string();
-        };
-        let index = self.text(element);
-        let index = match self.program.ty(element) {
-            Ty::I32 => format!("(uint32_t){index}"),
-            _ => index,
-        };
-        let clamped = format!("({index} < {elements} ? {index} : {elements} - 1u)");
-        match (address.stride, offset) {
-            (1, 0) => bare(&clamped).to_owned(),
-            (1, _) => format!("{clamped} + {offset}u"),
-            (stride, 0) => format!("{clamped} * {stride}u"),
-            (stride, _) => format!("{clamped} * {stride}u + {offset}u"),
+    fn bitcast(&self, from: Ty, to: Ty, x: &str) -> String {
+        match (from, to) {
+            (Ty::F32, Ty::I32) => format!("((int32_t)bits_of({}))", bare(x)),
+            (Ty::F32, _) => format!("bits_of({})", bare(x)),
+            (Ty::I32, Ty::F32) => format!("number_of((uint32_t){x})"),
+            (_, Ty::F32) => format!("number_of({})", bare(x)),
+            (_, to) => format!("(({}){x})", type_name(to)),
         }
     }
 
-    fn load(&mut self, targets: &[Value], address: &Address) {
-        for (word, target) in (0..).zip(targets) {
-            if self.uses.contains_key(target) {
-                let (place, ty) = self.place(address, word);
-                let text = recast(&place, ty, self.program.ty(*target));
-                self.named(*target, &text);
-            }
+    fn element(&self, array: &str, index: &str) -> String {
+        format!("{array}[{index}]")
+    }
+
+    fn word(&self, table: &str, index: &str) -> String {
+        format!("constant_of(&{table}[{index}])")
+    }
+
+    fn declaration(&self, name: &str, ty: Ty, value: &str, changed: bool) -> String {
+        let constant = if changed { "" } else { "const " };
+        format!("{constant}{} {name} = {value};", type_name(ty))
+    }
+
+    fn array(&self, name: &str, ty: Ty, elements: &[String]) -> String {
+        let (ty, count, elements) = (type_name(ty), elements.len(), elements.join(", "));
+        format!("{ty} {name}[{count}] = {{{elements}}};")
+    }
+
+    fn assignment(&self, place: &str, value: &str) -> String {
+        format!("{place} = {value};")
+    }
+
+    fn open(&self, opening: Opening) -> String {
+        match opening {
+            Opening::If(test) => format!("if ({test}) {{"),
+            Opening::Else => "} else {".to_owned(),
+            Opening::Loop(_) => "for (;;) {".to_owned(),
+            Opening::Once(_) => "{".to_owned(),
         }
     }
 
-    fn store(&mut self, address: &Address, value: Value) {
-        let (place, ty) = self.place(address, 0);
-        let text = recast(&self.text(value), self.program.ty(value), ty);
-        self.line(&format!("{place} = {};", bare(&text)));
+    fn close(&self, _: Opening) -> [Option<&'static str>; 2] {
+        [None, Some("}")]
     }
-}
 
-/// The same bits as another type.
-fn recast(text: &str, from: Ty, to: Ty) -> String {
-    match (from, to) {
-        _ if from == to => text.to_owned(),
-        (Ty::F32, Ty::U32) => format!("bits_of({})", bare(text)),
-        (Ty::F32, _) => format!("({})bits_of({})", type_name(to), bare(text)),
-        (Ty::U32, Ty::F32) => format!("number_of({})", bare(text)),
-        (_, Ty::F32) => format!("number_of((uint32_t){text})"),
-        (_, Ty::Bool) => format!("{text} != 0"),
-        _ => format!("({}){text}", type_name(to)),
+    fn leave(&self, _: Label) -> String {
+        "break;".to_owned()
     }
-}
-
-fn unary(op: Unary, ty: Ty, x: &str) -> String {
-    match (op, ty) {
-        (Unary::Negate, Ty::F32) => format!("(-{x})"),
-        (Unary::Negate, Ty::I32) => format!("((int32_t)(0u - (uint32_t){x}))"),
-        (Unary::Negate, _) => format!("(0u - {x})"),
-        (Unary::Not, Ty::Bool) => format!("(!{x})"),
-        (Unary::Not, _) => format!("(~{x})"),
-        (Unary::Abs, Ty::F32) => format!("number_of(bits_of({}) & 0x7fffffffu)", bare(x)),
-        (Unary::Abs, Ty::I32) => format!("({x} < 0 ? (int32_t)(0u - (uint32_t){x}) : {x})"),
-        (Unary::Abs, _) => x.to_owned(),
-        (Unary::Floor, _) => format!("rounded_down({})", bare(x)),
-        (Unary::Trunc, _) => format!("truncated({})", bare(x)),
-    }
-}
-
-/// An expression without the parentheses around it.
-fn bare(text: &str) -> &str {
-    let Some(inner) = text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) else {
-        return text;
-    };
-    let mut depth = 0_i32;
-    for c in inner.chars() {
-        depth += i32::from(c == '(') - i32::from(c == ')');
-        if depth < 0 {
-            return text;
-        }
-    }
-    inner
 }

@@ -18,6 +18,7 @@ mod hoist;
 pub mod instances;
 pub mod interpret;
 mod isolation;
+pub mod language;
 mod layout;
 mod lower;
 mod ordinary;

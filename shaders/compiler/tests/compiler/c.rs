@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use std::{env, fs, process};
 
 use oneiro_shader_compiler::interpret::{self, Trap, run_invocation};
+use oneiro_shader_compiler::language::{self, Memory};
 use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shader_compiler::{Generic, Part, c, generate};
@@ -103,14 +104,12 @@ fn case(seed: u64) -> Option<Case> {
         signed_zeros: true,
     }));
     let memory: Vec<_> = (before.iter().zip(&strides).enumerate())
-        .map(|(number, (words, stride))| {
-            c::Memory::Words(format!("b[{number}]"), format!("{}u", words.len() as u32 / stride))
-        })
+        .map(|(number, (words, stride))| Memory::Words(format!("b[{number}]"), words.len() as u32 / stride))
         .collect();
     let function = format!(
         "static void kernel_{seed}(uint32_t *const *b, uint32_t workgroup, uint32_t lane)\n{{\n    (void)b;\n    (void)workgroup;\n    \
          (void)lane;\n{}}}\n",
-        c::print(&program, &memory)
+        language::print(&program, &c::C, &memory, 1)
     );
     Some(Case {
         function,
