@@ -152,7 +152,7 @@ wheel() {
     bytes=$(stat -c %s "$wheel")
     echo "$(basename "$wheel"): $bytes bytes"
     python3 -m zipfile -e "$wheel" "$scratch/wheel"
-    sed '1,/^$/d' "$scratch/wheel/oneiro-$version.dist-info/METADATA" | diff - python/README.md || fail "the wheel has another description"
+    sed '1,/^$/d' "$scratch/wheel/oneiro-$version.dist-info/METADATA" | diff -B - python/README.md || fail "the wheel has another description"
     [ -n "${ONEIRO_BUILT:-}" ] || [ "$bytes" -lt 12000000 ] || fail "the wheel has $bytes bytes; allowed: fewer than 12000000"
 
     say "what others check"
