@@ -1,9 +1,9 @@
 //! Tells the program which commit it was built from, for what runs record, and has the program for a robot linked without what only
 //! unwinding needs.
 
-use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::{env, fs};
 
 fn main() {
     // Files that determine the commit, and whether the build differs from it.
@@ -35,8 +35,16 @@ fn is_for_robot() -> bool {
     is_linux && profile.is_some_and(|profile| profile == "robot")
 }
 
-/// The commit that is checked out, `-modified` if the files are not its own; nothing where there is no repository.
+/// The commit that is checked out, or that the package was made from; `-modified` if the files are not its own. Nothing where there is no
+/// repository.
 fn commit() -> Option<String> {
+    // Cargo writes the first of these files into packages, and the second into those made from a repository.
+    if Path::new("Cargo.toml.orig").exists() {
+        let origin = fs::read_to_string(".cargo_vcs_info.json").ok()?;
+        let (_, rest) = origin.split_once("\"sha1\": \"")?;
+        let is_modified = origin.contains("\"dirty\": true");
+        return Some(marked(rest.get(..12)?, is_modified));
+    }
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).output().ok()?;
         output
@@ -51,5 +59,9 @@ fn commit() -> Option<String> {
     }
     let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
     let is_modified = !git(&["status", "--porcelain"])?.is_empty();
-    Some(commit + if is_modified { "-modified" } else { "" })
+    Some(marked(&commit, is_modified))
+}
+
+fn marked(commit: &str, is_modified: bool) -> String {
+    format!("{commit}{}", if is_modified { "-modified" } else { "" })
 }

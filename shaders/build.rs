@@ -13,10 +13,8 @@ mod catalogue;
 use catalogue::{CATALOGUE, parts};
 
 fn main() {
-    let wgsl = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("wgsl");
-    for part in CATALOGUE.iter().flat_map(|entry| entry.parts) {
-        println!("cargo::rerun-if-changed={}/{part}.wgsl", wgsl.display());
-    }
+    // The parts are in this program.
+    println!("cargo::rerun-if-changed=build.rs");
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
     let mut text = String::from("use crate::kernel::{Binding, BindingKind, Kernel};\n");
     let mut modules: Vec<(&str, String)> = Vec::new();
@@ -24,7 +22,7 @@ fn main() {
     let mut constants: BTreeMap<&str, Vec<Constant>> = BTreeMap::new();
     let mut failed = false;
     for entry in CATALOGUE {
-        let compiled = compile(entry.name, &parts(&wgsl, entry), Indices::Within).and_then(Compiled::bounded);
+        let compiled = compile(entry.name, &parts(entry), Indices::Within).and_then(Compiled::bounded);
         match compiled.and_then(|kernel| Ok((kernel.structs.clone()?, kernel))) {
             Ok((structs, mut kernel)) => {
                 if !has("SPIRV") {

@@ -1,9 +1,7 @@
 //! The kernels of `wgsl/`, for the build script and for tests that compile them again. This is the place to add one.
 
-use std::fs;
-use std::path::Path;
-
 use oneiro_shader_compiler::Part;
+use oneiro_shader_parts::PARTS;
 
 /// A kernel: its constant's name, the module of its host structs, and its parts.
 pub(crate) struct Entry {
@@ -137,12 +135,16 @@ pub(crate) const CATALOGUE: &[Entry] = &[
     },
 ];
 
-/// Reads the parts of a kernel.
-pub(crate) fn parts(wgsl: &Path, entry: &Entry) -> Vec<Part> {
-    let read = |name: &&str| {
+/// The parts of a kernel.
+pub(crate) fn parts(entry: &Entry) -> Vec<Part> {
+    let find = |name: &&str| {
         let path = format!("{name}.wgsl");
-        let text = fs::read_to_string(wgsl.join(&path)).unwrap_or_else(|error| panic!("wgsl/{path}: {error}"));
-        Part { path, text }
+        let found = PARTS.iter().find(|(shipped, _)| *shipped == path);
+        let (_, text) = found.unwrap_or_else(|| panic!("wgsl/{path} is not in the list of files, wgsl/lib.rs"));
+        Part {
+            path,
+            text: (*text).to_owned(),
+        }
     };
-    entry.parts.iter().map(read).collect()
+    entry.parts.iter().map(find).collect()
 }

@@ -159,6 +159,9 @@ done
     exit 1
 }
 
+say "what a release publishes"
+tests/package.sh
+
 say "the README's commands on bare machines"
 tests/fresh.sh
 

@@ -20,6 +20,7 @@ use oneiro::parameter::{self, Choice};
 use oneiro_base::console::{Console, Output, shown};
 use oneiro_base::exit;
 use oneiro_base::files;
+use oneiro_base::program;
 use oneiro_lab::experiment::{self, SEED, reference, robots};
 use oneiro_lab::import;
 use oneiro_lab::reality::site::SEVERITY;
@@ -192,7 +193,7 @@ impl Cli {
     /// Help, and mistakes of usage.
     pub(crate) fn typed() -> Result<(Output, exit::Result<Command>), clap::Error> {
         let mut command = command();
-        let typed = command.try_get_matches_from_mut(std::env::args_os());
+        let typed = command.try_get_matches_from_mut(program::words());
         let parsed = typed.and_then(|matches| Ok((Self::from_arg_matches(&matches)?, matches)));
         let (cli, matches) = match parsed {
             Ok(parsed) => parsed,
@@ -265,7 +266,8 @@ fn advised(mut error: clap::Error, program: &clap::Command) -> clap::Error {
     };
     error.remove(ContextKind::Suggested);
     error.remove(theirs);
-    let words: Vec<String> = std::env::args_os()
+    let words: Vec<String> = program::words()
+        .iter()
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
     let mut command = program;

@@ -15,7 +15,7 @@ use oneiro_lab::record;
 use oneiro_lab::runs;
 use oneiro_lab::sweep;
 use oneiro_studies as studies;
-use toml::Table;
+use toml::{Table, Value};
 
 use crate::commands;
 use crate::scratch::holds;
@@ -111,4 +111,50 @@ fn what_architecture_says_is_what_manifests_say() {
     let folders = fs::read_dir(root.join("host")).unwrap();
     let have_manifests = folders.filter(|folder| folder.as_ref().unwrap().path().join("Cargo.toml").exists());
     assert_eq!(crates, 1 + have_manifests.count());
+}
+
+/// The package `oneiro` is no member of the workspace, so that it repeats what all members have.
+#[test]
+fn the_package_that_is_published_as_oneiro_has_the_version_of_the_others() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |path: &str| -> Table { fs::read_to_string(root.join(path)).unwrap().parse().unwrap() };
+    let (workspace, published) = (read("Cargo.toml"), read("packaging/oneiro/Cargo.toml"));
+    let common = &workspace["workspace"]["package"];
+    for key in [
+        "version",
+        "edition",
+        "rust-version",
+        "license",
+        "repository",
+        "keywords",
+    ] {
+        assert_eq!(published["package"][key], common[key], "{key}");
+    }
+    let exact = format!("={}", common["version"].as_str().unwrap());
+    let parts = workspace["workspace"]["dependencies"].as_table().unwrap();
+    let parts = parts.iter().chain(published["dependencies"].as_table().unwrap());
+    let versions: Vec<_> = parts.filter(|(_, part)| part.get("path").is_some()).collect();
+    assert!(versions.len() > 15);
+    for (name, part) in versions {
+        // What is not published needs none.
+        let version = part.get("version").and_then(Value::as_str);
+        assert!(
+            version == Some(&exact) || name == "oneiro-shader-corpus",
+            "{name}: {version:?}"
+        );
+    }
+    // The placeholder.
+    let repository = common["repository"].as_str().unwrap();
+    let python = read("python/pyproject.toml");
+    assert_eq!(python["project"]["urls"]["Repository"].as_str(), Some(repository));
+    for file in [
+        "packaging/part.md",
+        "packaging/debian/control",
+        "packaging/debian/copyright",
+    ] {
+        assert!(
+            fs::read_to_string(root.join(file)).unwrap().contains(repository),
+            "{file}"
+        );
+    }
 }

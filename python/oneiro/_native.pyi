@@ -19,6 +19,11 @@ class Experiment:
     def load(path: str | os.PathLike[str], set: Mapping[str, Any] | None = None) -> Experiment:
         """Reads an experiment's file, with other values for some keys, as `--set` does: `{"evolution.population": 50}`."""
 
+    @staticmethod
+    def example(name: str, set: Mapping[str, Any] | None = None) -> Experiment:
+        """An experiment that ships with Oneiro, with the files that it names: `Experiment.example("khepera-avoidance")`. A wrong name's
+        error lists all; `oneiro new --example` also says what they are."""
+
     def _repr_html_(self) -> str:
         """For notebooks: its main values, and all settings to unfold."""
 
@@ -175,6 +180,7 @@ class View:
     def episode(self) -> tuple[str, str] | None: ...
     def stop(self) -> None: ...
 
+def main(path: str, words: list[str]) -> int: ...
 def devices() -> str: ...
 def selftest(backend: str, rollouts: int) -> str: ...
 def evaluate(

@@ -24,20 +24,32 @@ fn ok<T>(py: Python<'_>, result: oneiro_host::api::Result<T>) -> PyResult<T> {
     result.map_err(|error| raised(py, &error))
 }
 
+/// Values by their keys, as the command line takes them.
+fn settings(py: Python<'_>, set: Option<Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+    let settings = py.import("oneiro._experiment")?.getattr("settings")?;
+    settings.call1((set,))?.extract()
+}
+
 #[pymethods]
 impl Experiment {
     /// Reads an experiment's file, with other values for some keys, as `--set` does: `{"evolution.population": 50}`.
     #[staticmethod]
     #[pyo3(signature = (path, set = None))]
     fn load(py: Python<'_>, path: PathBuf, set: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let settings = py.import("oneiro._experiment")?.getattr("settings")?;
-        let set: Vec<String> = settings.call1((set,))?.extract()?;
+        let set = settings(py, set)?;
         let experiment = done(py, || api::Experiment::load(&path, &set))?;
         for warning in experiment.warnings() {
             let words = CString::new(warning.as_str())?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &words, 1)?;
         }
         Ok(Self(experiment))
+    }
+
+    #[staticmethod]
+    #[pyo3(signature = (name, set = None))]
+    fn example(py: Python<'_>, name: &str, set: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
+        let set = settings(py, set)?;
+        done(py, || api::Experiment::example(name, &set)).map(Self)
     }
 
     #[classmethod]

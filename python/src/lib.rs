@@ -13,6 +13,8 @@ mod recorded;
 mod stepped;
 mod watched;
 
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -114,6 +116,12 @@ fn selftest(py: Python<'_>, backend: &str, rollouts: u32) -> PyResult<String> {
     }
 }
 
+/// The program `oneiro`, which `path` starts, with the words of a command line. Returns the exit code, if it doesn't end the process.
+#[pyfunction]
+fn main(py: Python<'_>, path: PathBuf, words: Vec<OsString>) -> u8 {
+    py.detach(|| oneiro_host::main_within(path, words))
+}
+
 /// The class that pickles call for.
 fn class<T: pyo3::PyTypeInfo>(py: Python<'_>) -> Bound<'_, PyType> {
     py.get_type::<T>()
@@ -130,6 +138,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<stepped::Stepped>()?;
     module.add_class::<stepped::Arena>()?;
     module.add_class::<watched::View>()?;
+    module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(devices, module)?)?;
     module.add_function(wrap_pyfunction!(selftest, module)?)?;
     module.add_function(wrap_pyfunction!(experiment::evaluate, module)?)?;

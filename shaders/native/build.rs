@@ -1,5 +1,8 @@
 //! Hashes everything that turns WGSL into machine code: this crate, the shader compiler, the lanes, and the versions of their
 //! dependencies. The hash is part of the key of cached code.
+//!
+//! A package from a registry has none of the others' files, but its manifest and commit say which they are: all packages of Oneiro have the
+//! same version, and what makes machine code is pinned to one.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
@@ -7,13 +10,25 @@ use std::{env, fs, io};
 fn main() {
     let package = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it"));
     let mut hasher = blake3::Hasher::new();
-    for path in [
-        "src",
-        "../compiler/src",
-        "../src/lanes",
-        "../wgsl/lib",
-        "../../Cargo.lock",
-    ] {
+    // Cargo writes this file into packages.
+    let paths: &[&str] = if package.join("Cargo.toml.orig").exists() {
+        let commit = ".cargo_vcs_info.json";
+        let has_commit = package.join(commit).exists();
+        if has_commit {
+            &["src", "Cargo.toml", commit]
+        } else {
+            &["src", "Cargo.toml"]
+        }
+    } else {
+        &[
+            "src",
+            "../compiler/src",
+            "../src/lanes",
+            "../wgsl/lib",
+            "../../Cargo.lock",
+        ]
+    };
+    for path in paths {
         add(&mut hasher, &package.join(path));
     }
     println!("cargo::rustc-env=ONEIRO_SHADER_NATIVE={}", hasher.finalize().to_hex());

@@ -506,43 +506,47 @@ fn examples_are_written_with_their_parts() {
         .lines()
         .filter_map(|line| line.split_whitespace().next())
         .collect();
-    assert_eq!(
-        names,
-        [
-            "homing",
-            "road-sign",
-            "kheperax",
-            "phototaxis",
-            "wall-following",
-            "line-follower",
-            "map-maze",
-            "discrimination",
-            "aggregation",
-            "gather",
-            "predator-prey",
-            "evostick-aggregation",
-            "evostick-foraging",
-            "evostick-cues",
-            "evostick-shelter",
-            "evostick-network",
-            "evostick-coverage",
-            "evostick-exploration",
-            "automode-aggregation",
-            "automode-cues",
-            "automode-foraging",
-            "puck-clustering",
-            "puck-foraging",
-            "five-starts",
-            "odowd2014-over",
-        ]
-    );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
-    for name in names {
-        place.good(&["new", "--example", name]);
-        let experiment = format!("{name}.toml");
-        assert_eq!(place.read(&experiment), fs::read(shipped.join(&experiment)).unwrap());
-        place.good(&["check", &experiment]);
+    // All that ship.
+    let mut all = Vec::new();
+    for folder in ["", "sweeps/"] {
+        for entry in fs::read_dir(shipped.join(folder)).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            if let Some(name) = name.strip_suffix(".toml").filter(|name| *name != "Cargo") {
+                all.push(format!("{folder}{name}"));
+            }
+        }
     }
+    all.sort();
+    let mut sorted = names.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, all);
+    assert_eq!(names[0], "khepera-avoidance");
+    for name in &names {
+        // In a folder without others' files.
+        place.good(&["new", "--example", name, "--out", "all"]);
+        let experiment = format!("{name}.toml");
+        let written = format!("all/{experiment}");
+        assert_eq!(place.read(&written), fs::read(shipped.join(&experiment)).unwrap());
+        if name.starts_with("sweeps/") {
+            // What they name is a shipped experiment with its files, checked below or above.
+            let text = place.text(&written);
+            let named: Vec<&str> = text.split('"').filter(|word| word.starts_with("../")).collect();
+            assert!(!named.is_empty(), "{name}");
+            for named in named {
+                assert!(place.at(format!("all/sweeps/{named}")).exists(), "{name}: {named}");
+            }
+        } else {
+            place.good(&["check", &written]);
+        }
+        fs::remove_dir_all(place.at("all")).unwrap();
+    }
+    place
+        .run(&["new", "--example", "sweeps/small", "--out", "swept"])
+        .exits(0)
+        .says(&["next: oneiro sweep plan swept/sweeps/small.toml, then oneiro sweep run swept/sweeps/small.toml"]);
+    place.good(&["sweep", "plan", "swept/sweeps/small.toml"]);
+    place.good(&["new", "--example", "homing"]);
     // Files that are as they would be written stay, of all or of some: experiments share parts.
     place
         .run(&["new", "--example", "homing"])
@@ -564,15 +568,12 @@ fn examples_are_written_with_their_parts() {
         .exits(3)
         .says(&["homing/sensors.wgsl: exists already"]);
     assert!(!place.at("homing.toml").exists());
-    place.run(&["new", "--example", "moon"]).exits(3).says(&[
-        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, line-follower, map-maze, discrimination, aggregation, gather, predator-prey, \
-         evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration, \
-         automode-aggregation, automode-cues, automode-foraging, puck-clustering, puck-foraging, five-starts, odowd2014-over",
-    ]);
+    let all = format!("--example moon: is unknown; allowed: {}", names.join(", "));
+    place.run(&["new", "--example", "moon"]).exits(3).says(&[&all]);
     place
         .run(&["new", "--example", "agregation"])
         .exits(3)
-        .says(&["is unknown; did you mean aggregation? (allowed: homing, "]);
+        .says(&["is unknown; did you mean aggregation? (allowed: khepera-avoidance, "]);
     place.run(&["new", "mine", "--example", "homing"]).exits(2);
     // Another folder is made.
     place.good(&["new", "--example", "homing", "--out", "other"]);

@@ -8,7 +8,7 @@ use std::time::Instant;
 use crate::place::Place;
 
 /// Files that are no experiments and no sweeps.
-const STUDIES: [&str; 2] = ["claims.toml", "study.toml"];
+const OTHERS: [&str; 3] = ["Cargo.toml", "claims.toml", "study.toml"];
 
 /// Where not all files are tried, every tenth from this one on and [`ALWAYS`], which takes half a minute: users' parts, surrogates, two
 /// populations and the foraging study are among them.
@@ -36,7 +36,7 @@ fn files() -> Vec<PathBuf> {
             }
         }
     }
-    files.retain(|path| !STUDIES.iter().any(|study| path.ends_with(study)));
+    files.retain(|path| !OTHERS.iter().any(|other| path.ends_with(other)));
     files.sort();
     files
 }

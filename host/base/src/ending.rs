@@ -5,7 +5,6 @@
 use std::alloc::{GlobalAlloc, Layout};
 use std::io::Write as _;
 use std::panic::{self, PanicHookInfo, UnwindSafe};
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::console::Console;
@@ -131,18 +130,18 @@ pub fn code_of(console: Console, command: impl FnOnce() -> Result + UnwindSafe) 
     failure.code()
 }
 
-/// Ends the program with an exit code. It ends at once if the user stopped it, or if `settles` returns that nobody needs the
-/// background work: a driver can't be stopped.
+/// Ends the program at once with an exit code if the user stopped it, or if `settles` returns that nobody needs the background work: a
+/// driver can't be stopped. Else returns the code.
 #[cfg_attr(
     not(test),
     expect(clippy::disallowed_methods, reason = "it flushes earlier output, and shows nothing")
 )]
-pub fn end(code: u8, settles: impl FnOnce() -> bool) -> ExitCode {
+pub fn end(code: u8, settles: impl FnOnce() -> bool) -> u8 {
     if cfg!(unix) && (code == Code::Stopped as u8 || settles()) {
         let _ = std::io::stdout().flush();
         end_at_once("", code);
     }
-    ExitCode::from(code)
+    code
 }
 
 #[cfg(not(unix))]

@@ -25,6 +25,7 @@ pub mod exit;
 pub mod files;
 pub mod npy;
 pub mod plain;
+pub mod program;
 pub mod progress;
 pub mod sealed;
 pub mod utc;

@@ -12,7 +12,7 @@ use oneiro::batch::{GREATEST_GENE, Worlds};
 use oneiro::world::World;
 use oneiro_base::columns;
 use oneiro_base::disk;
-use oneiro_base::exit::Failure;
+use oneiro_base::exit::{self, Failure};
 use oneiro_base::npy::npy;
 use oneiro_base::plain;
 use oneiro_base::sealed;
@@ -29,6 +29,7 @@ use oneiro_lab::runs::single::trace::TraceTable;
 use super::evaluate::TraceColumn;
 use super::{Error, Result};
 use crate::commands::adopt;
+use crate::examples;
 
 /// What the states of evolutions are sealed as.
 const STATE: &str = "oneiro evolution";
@@ -43,6 +44,41 @@ struct Known {
     any: Arc<dyn runs::Experiment>,
     /// The world of single robots, packed when it is first used.
     worlds: OnceLock<Worlds>,
+}
+
+/// Does something while files are in a new folder in the system's for temporary files.
+fn with_files<'a, T>(
+    files: impl ExactSizeIterator<Item = (&'a str, &'a [u8])>,
+    work: impl FnOnce(&Path) -> exit::Result<T>,
+) -> exit::Result<T> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let place = || {
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()))
+    };
+    let mut folder = place();
+    if files.len() == 0 {
+        return work(&folder);
+    }
+    // A new one: others can write to the system's folder.
+    while let Err(error) = plain::make_new_directory(&folder) {
+        if error.kind() != io::ErrorKind::AlreadyExists {
+            return Err(Failure::storage(&folder, &error));
+        }
+        folder = place();
+    }
+    let done = (|| {
+        for (name, bytes) in files {
+            let name = Path::new(name);
+            disk::make_folder(&folder, name.parent().unwrap_or(Path::new("")))?;
+            let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
+            written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
+        }
+        work(&folder)
+    })();
+    // What can't be removed is in the way of nobody.
+    let _ = fs::remove_dir_all(&folder);
+    done
 }
 
 /// All that an experiment is made of, so that another process can make it again.
@@ -89,37 +125,25 @@ impl Experiment {
     }
 
     /// Makes it again, with settings that are given the folder where its files are.
-    fn made(portable: &Portable, set: impl FnOnce(&Path) -> oneiro_base::exit::Result<Vec<Setting>>) -> Result<Self> {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let place = || {
-            let number = COUNT.fetch_add(1, Ordering::Relaxed);
-            std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()))
-        };
-        let mut folder = place();
-        let made = (|| {
-            if !portable.files.is_empty() {
-                // A new one: others can write to the system's folder.
-                while let Err(error) = plain::make_new_directory(&folder) {
-                    if error.kind() != io::ErrorKind::AlreadyExists {
-                        return Err(Failure::storage(&folder, &error));
-                    }
-                    folder = place();
-                }
-            }
-            for (name, bytes) in &portable.files {
-                let name = Path::new(name);
-                disk::make_folder(&folder, name.parent().unwrap_or(Path::new("")))?;
-                let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
-                written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
-            }
+    fn made(portable: &Portable, set: impl FnOnce(&Path) -> exit::Result<Vec<Setting>>) -> Result<Self> {
+        let files = portable.files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..]));
+        Ok(Self::of(with_files(files, |folder| {
             let values = Parsed::new("the experiment".into(), &portable.toml)?.recorded();
             let path = folder.join("experiment.toml");
-            runs::of(&path, &values, &set(&folder)?, &Files::default(), None)
-        })();
-        if !portable.files.is_empty() {
-            // What can't be removed is in the way of nobody.
-            let _ = fs::remove_dir_all(&folder);
-        }
+            runs::of(&path, &values, &set(folder)?, &Files::default(), None)
+        })?))
+    }
+
+    /// An experiment that ships with Oneiro, by its name, such as `khepera-avoidance`, with `KEY=VALUE` settings that override its
+    /// values.
+    ///
+    /// # Errors
+    /// As [`Experiment::from_portable`]; exit 3 if there is none with this name.
+    pub fn example(name: &str, set: &[String]) -> Result<Self> {
+        let found = examples::named("example", name, |example| !example.is_sweep())?;
+        let made = with_files(found.files.iter().copied(), |folder| {
+            runs::read(&folder.join(found.files[0].0), set)
+        });
         Ok(Self::of(made?))
     }
 
@@ -173,7 +197,7 @@ impl Experiment {
     }
 
     /// Its values, if it has single robots.
-    pub(super) fn single(&self) -> oneiro_base::exit::Result<&experiment::Experiment> {
+    pub(super) fn single(&self) -> exit::Result<&experiment::Experiment> {
         self.0.any.single().ok_or_else(|| {
             Failure::input(format_args!(
                 "{}: is of the foraging study; allowed: experiments without a table `swarm`",
@@ -182,12 +206,12 @@ impl Experiment {
         })
     }
 
-    pub(super) fn world(&self) -> oneiro_base::exit::Result<&World> {
+    pub(super) fn world(&self) -> exit::Result<&World> {
         Ok(self.single()?.world())
     }
 
     /// Its world, packed.
-    pub(super) fn worlds(&self) -> oneiro_base::exit::Result<&Worlds> {
+    pub(super) fn worlds(&self) -> exit::Result<&Worlds> {
         let world = self.world()?;
         if let Some(worlds) = self.0.worlds.get() {
             return Ok(worlds);

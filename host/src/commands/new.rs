@@ -4,20 +4,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use oneiro::compose;
-use oneiro::parameter::nearest;
 use oneiro::tasks::Ready;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_base::plain;
-use oneiro_lab::experiment::examples::{EXAMPLES, Example};
+use oneiro_experiments::{EXAMPLES, Example};
 use oneiro_lab::experiment::robots::Shipped;
 use oneiro_lab::experiment::start::{Robots, Start};
-use oneiro_lab::experiment::values::instead;
 use serde_json::json;
 
 use crate::cli::New;
+use crate::examples;
 
 mod keys;
 
@@ -46,16 +45,13 @@ fn list() -> Answer {
 
 /// Writes an example and its parts.
 fn example(name: &str, out: Option<&Path>, console: Console) -> Result {
-    let Some(found) = EXAMPLES.iter().find(|own| own.name == name) else {
-        let names: Vec<&str> = EXAMPLES.iter().map(|own| own.name).collect();
-        let begun = names.iter().copied().find(|own| own.starts_with(name));
-        let meant = begun.or_else(|| nearest(names.iter().copied(), name));
-        return Err(Failure::input(format_args!(
-            "--example {name}: is unknown{}",
-            instead(meant, &names.join(", "))
-        )));
-    };
-    write(found.files, out, console)
+    let found = examples::named("--example", name, |_| true)?;
+    write(
+        found.files,
+        out,
+        if found.is_sweep() { SWEEP } else { EXPERIMENT },
+        console,
+    )
 }
 
 /// The robot of a task that is copied, unless --robot names another: one whose sensors the task may need.
@@ -124,14 +120,20 @@ fn template(arguments: &New, console: Console) -> Result {
             .iter()
             .map(|(kind, file)| (file.clone(), start.part(*kind).to_owned())),
     );
-    write(&files, arguments.out.as_deref(), console)
+    write(&files, arguments.out.as_deref(), EXPERIMENT, console)
 }
 
-/// Writes files into a folder, an experiment's first, and says what to do next. Files that are already there with the same bytes stay:
+/// The commands that check an experiment and run it.
+const EXPERIMENT: [&str; 2] = ["check", "run"];
+/// Those of a sweep.
+const SWEEP: [&str; 2] = ["sweep plan", "sweep run"];
+
+/// Writes files into a folder, an experiment's or a sweep's first, and says what to do next. Files that are already there with the same bytes stay:
 /// experiments share parts, and a command that was killed goes on.
 fn write<Name: AsRef<str>, Content: AsRef<[u8]>>(
     all: &[(Name, Content)],
     out: Option<&Path>,
+    [check, run]: [&str; 2],
     console: Console,
 ) -> Result {
     let out = out.unwrap_or(Path::new(""));
@@ -164,7 +166,7 @@ fn write<Name: AsRef<str>, Content: AsRef<[u8]>>(
         })?;
     }
     let path = files::for_shell(&all[0].0.display().to_string());
-    let next = format!("next: oneiro check {path}, then oneiro run {path}");
+    let next = format!("next: oneiro {check} {path}, then oneiro {run} {path}");
     let names: Vec<String> = new.iter().map(|(path, _)| path.display().to_string()).collect();
     console.say(match &names[..] {
         [] => format!("{path} is already there, unchanged; {next}"),

@@ -7,6 +7,7 @@ use std::time::Duration;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::for_shell;
+use oneiro_base::program;
 use oneiro_lab::sweep::Sweep;
 use oneiro_lab::sweep::store::Shard;
 
@@ -41,7 +42,7 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun, console: Console) -> R
         Ok(path) => Ok(for_shell(&path.display().to_string())),
         Err(error) => Err(Failure::storage(path, &error)),
     };
-    let program = match env::current_exe() {
+    let program = match program::path() {
         Ok(program) => whole(&program)?,
         Err(error) => return Err(Failure::storage(Path::new("oneiro"), &error)),
     };

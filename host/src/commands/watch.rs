@@ -13,6 +13,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
+use oneiro_base::program;
 use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_watch::{Server, snapshot};
 use serde_json::json;
@@ -131,7 +132,7 @@ impl Page {
             return Ok(None);
         }
         let failed = |error| Failure::failed(format_args!("--watch: the page's process: {error}"));
-        let mut command = Command::new(std::env::current_exe().map_err(failed)?);
+        let mut command = Command::new(program::path().map_err(failed)?);
         command
             .args(["watch", "--beside"])
             .args(wanted.open.then_some("--open"));

@@ -7,36 +7,13 @@ use std::path::{Path, PathBuf};
 
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
+pub use oneiro_experiments::{MIGLINO1995, ODOWD2014, Study as Shipped};
 use oneiro_lab::experiment::kinds::FileKind;
 use oneiro_lab::experiment::source::{Parsed, Setting, Source};
 use serde::Deserialize;
 use toml::{Table, Value};
 
 use super::assumptions::Assumption;
-
-/// A compiled-in study and the experiment that it names.
-pub struct Shipped {
-    pub path: &'static str,
-    pub text: &'static str,
-    pub(crate) experiment_path: &'static str,
-    pub experiment: &'static str,
-}
-
-/// The study of 1995.
-pub const MIGLINO1995: Shipped = Shipped {
-    path: "experiments/miglino1995/study.toml",
-    text: include_str!("../../../experiments/miglino1995/study.toml"),
-    experiment_path: "experiments/khepera-avoidance.toml",
-    experiment: include_str!("../../../experiments/khepera-avoidance.toml"),
-};
-
-/// The study of 2014.
-pub const ODOWD2014: Shipped = Shipped {
-    path: "experiments/odowd2014/study.toml",
-    text: include_str!("../../../experiments/odowd2014/study.toml"),
-    experiment_path: "experiments/odowd2014-over.toml",
-    experiment: include_str!("../../../experiments/odowd2014-over.toml"),
-};
 
 /// A study's file, read from disk or compiled in.
 pub struct StudyFile {

@@ -62,8 +62,8 @@ pub fn all_contents() -> [Vec<oneiro_base::contents::Entry>; 4] {
 }
 
 /// The claims of the papers.
-const MIGLINO1995_CLAIMS: &str = include_str!("../../../experiments/miglino1995/claims.toml");
-const ODOWD2014_CLAIMS: &str = include_str!("../../../experiments/odowd2014/claims.toml");
+const MIGLINO1995_CLAIMS: &str = oneiro_experiments::MIGLINO1995.claims;
+const ODOWD2014_CLAIMS: &str = oneiro_experiments::ODOWD2014.claims;
 
 #[cfg(test)]
 #[allow(dead_code, reason = "other tests use the rest")]

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
+use oneiro_base::program;
 use oneiro_lab::experiment::{GREATEST_SEED, reference};
 use oneiro_lab::record::SavedRun;
 use oneiro_lab::runs;
@@ -147,7 +148,7 @@ impl Editor {
             return Err("the last run still evolves: wait for its end, or stop it".to_owned());
         }
         let broken = |error: std::io::Error| format!("a run can't be started: {error}");
-        let mut child = Command::new(std::env::current_exe().map_err(broken)?)
+        let mut child = Command::new(program::path().map_err(broken)?)
             .args(["run", "--quiet", &format!("--seed={seed}")])
             .args(&settings)
             .arg("--")

@@ -6,7 +6,7 @@ use super::file::{BINARY, Computers, ROBOT, Robot, STATE, Service};
 use super::remote::Remote;
 
 /// The unit, with `@NAME@` as placeholders.
-const UNIT: &str = include_str!("../../../../packaging/oneiro-on-board.service");
+const UNIT: &str = include_str!("oneiro-on-board.service");
 /// Lines of a unit of the system's begin with this.
 const SYSTEM: &str = "#system ";
 /// Its log, below its directory.

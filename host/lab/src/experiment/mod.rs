@@ -4,7 +4,6 @@ mod budget;
 mod champions;
 mod check;
 pub(crate) mod degrees;
-pub mod examples;
 mod inputs;
 pub mod kinds;
 mod needs;

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Code, Failure};
+use oneiro_base::program;
 
 use super::message::{Report, Request, Status, VERSION};
 use super::values::Values;
@@ -87,7 +88,7 @@ impl Client {
     /// # Errors
     /// Exit 1: the system can't start it.
     pub fn start(address: &str, wanted: &Wanted, settings: &[String], record: Option<&Path>) -> Result<Self, Failure> {
-        let mut command = Command::new(std::env::current_exe().map_err(|error| unstarted(&error))?);
+        let mut command = Command::new(program::path().map_err(|error| unstarted(&error))?);
         command.args(["guard", address]);
         for kind in &wanted.kinds {
             command.args(["--kinds", &kind.to_string()]);

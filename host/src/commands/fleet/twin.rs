@@ -15,6 +15,7 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_base::files::directory::Filling;
 use oneiro_base::plain;
+use oneiro_base::program;
 use oneiro_base::progress;
 use oneiro_fleet::daemon::settings::Settings;
 use oneiro_fleet::fleet::file::{self, Fleet};
@@ -47,7 +48,7 @@ impl Processes {
             Some(path) => path
                 .canonicalize()
                 .map_err(|error| Failure::input(format_args!("--program {}: {error}", path.display())))?,
-            None => std::env::current_exe()
+            None => program::path()
                 .map_err(|error| Failure::failed(format_args!("this program can't be found: {error}")))?,
         };
         let own = Self {

@@ -73,10 +73,9 @@ fn milliseconds() -> f64 {
 /// They compile, and load from the cache. The processor time is printed.
 #[test]
 fn the_kernels_that_ship_compile() {
-    let wgsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../wgsl");
     let cache = Cache::new(Path::new(env!("CARGO_TARGET_TMPDIR")).join("kernels/shipped"));
     for entry in catalogue::CATALOGUE {
-        let parts = catalogue::parts(&wgsl, entry);
+        let parts = catalogue::parts(entry);
         let text: String = parts.iter().map(|part| part.text.as_str()).collect();
         let start = milliseconds();
         let trees = trees(&parts).expect("it is exact");
