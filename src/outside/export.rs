@@ -517,7 +517,10 @@ fn at_once(world: &World) -> Result<World, Invalid> {
 fn inputs(spec: &WorldSpec) -> Vec<Input> {
     let of_kinds = spec.robot.described_sensors().iter().map(|sensor| Input {
         name: sensor.name.clone(),
-        about: format!("0 to 1: {}", sensor.kind.entry().about),
+        about: match sensor.range {
+            Some(range) => format!("0 to 1: {}, range {range} mm", sensor.kind.entry().about),
+            None => format!("0 to 1: {}", sensor.kind.entry().about),
+        },
     });
     let mut inputs: Vec<Input> = match &spec.robot.build {
         Build::Sampled => {
@@ -537,12 +540,22 @@ fn inputs(spec: &WorldSpec) -> Vec<Input> {
         about: if of_user.contains(&name) {
             "-1000 to 1000: reading of the experiment's custom sensors".to_owned()
         } else {
-            "0 to 1 unless the page on reference models says otherwise: reading of the robot's model".to_owned()
+            of_model(&name).to_owned()
         },
         name,
     };
     inputs.extend(others.map(other));
     inputs
+}
+
+/// A reading of a reference model.
+fn of_model(name: &str) -> &'static str {
+    let is_component = name.ends_with("_ahead") || name.ends_with("_left");
+    match name.split('_').next() {
+        Some("ground") => "0 for black to 1 for white: the reference model's floor",
+        Some("prox" | "light") if !is_component => "0 to 1: the reference model's reading in this direction",
+        _ => "the reference model's reading, which docs/reference-models.md defines",
+    }
 }
 
 /// Speed of a wheel that is commanded at 1, mm/s.

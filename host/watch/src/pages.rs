@@ -69,7 +69,11 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     let values = run.curve.values();
     let setting = groups.first().map_or("", |(label, _)| label);
     let of_setting = |what: &str| {
-        if others.is_empty() { what.to_owned() } else { format!("{setting}, {what}") }
+        if others.is_empty() {
+            what.to_owned()
+        } else {
+            format!("{setting}, {what}")
+        }
     };
     let seed = |run: &Run| of_setting(&format!("seed {}", run.saved.seed()));
     let this = match all.len() {
@@ -79,7 +83,11 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     // A median of two says less than both.
     let rest = match &all[..] {
         [one, other] => {
-            let other = if one.saved.seed() == run.saved.seed() { other } else { one };
+            let other = if one.saved.seed() == run.saved.seed() {
+                other
+            } else {
+                one
+            };
             (seed(other), lines(other, 0))
         }
         many => (of_setting("median"), spread(many, stride)),

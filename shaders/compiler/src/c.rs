@@ -18,7 +18,8 @@ pub const PREAMBLE: &str = "#include <float.h>
 #if !defined(FLT_EVAL_METHOD) && defined(__FLT_EVAL_METHOD__)
 #define FLT_EVAL_METHOD __FLT_EVAL_METHOD__
 #endif
-#if !defined(FLT_EVAL_METHOD) || FLT_EVAL_METHOD != 0
+/* 16 is for floats of 16 bits alone. */
+#if !defined(FLT_EVAL_METHOD) || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16)
 #error \"floats must be computed as floats, FLT_EVAL_METHOD 0: on 32-bit x86 compile with -msse2 -mfpmath=sse\"
 #endif
 #if FLT_RADIX != 2 || FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128

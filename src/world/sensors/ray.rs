@@ -34,7 +34,7 @@ pub(super) const DISTANCE: Entry = Entry {
 
 pub(super) const PROXIMITY: Entry = Entry {
     name: "proximity",
-    about: "one minus that: 0 if there is none",
+    about: "one minus the distance to the nearest object along a ray, as a fraction of the range: 0 if there is none",
     keys: &["heading_turns", "bearing_turns", "range_mm", "offset_mm", "response"],
     features: &[
         Feature::Analogue,

@@ -183,10 +183,17 @@ fn watching_changes_no_fitness() {
         files.push(file);
     }
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
-    let mut names: Vec<_> = fs::read_dir(&shipped).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut names: Vec<_> = fs::read_dir(&shipped)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     names.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     names.sort();
-    let step = if std::env::var_os("ONEIRO_LONG").is_some() { 1 } else { 12 };
+    let step = if std::env::var_os("ONEIRO_LONG").is_some() {
+        1
+    } else {
+        12
+    };
     files.extend(names.iter().step_by(step).map(|path| path.display().to_string()));
     for (number, file) in files.iter().enumerate() {
         let plain = rows(&place, file, &[]);

@@ -474,7 +474,10 @@ const REFUSED: &[(&str, &str)] = &[
         ": a number has a decimal point; write `0.05`",
     ),
     ("start = { x_mm = 5,5 }", ": a number has a decimal point; write `5.5`"),
-    ("name = \u{201c}graze\u{201d}", ": `\u{201c}` is no quote of TOML; write `\"`"),
+    (
+        "name = \u{201c}graze\u{201d}",
+        ": `\u{201c}` is no quote of TOML; write `\"`",
+    ),
     (
         "[robot]\npreset = \"epuck-rm1.1\"\ncount = 5\n[noise]\nsensor = [-0.4, 0.4]",
         "noise.sensor: is [-0.4, 0.4], which has no effect; allowed: only with robot.sensors",

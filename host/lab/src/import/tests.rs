@@ -128,7 +128,10 @@ fn devices_of_other_controllers_are_not_silent() {
             "<params number_robots>, 20: not taken: the arena has 6, which are here",
         ],
     );
-    assert!(!left.contains("implementation") && !left.contains("show_rays"), "{left}");
+    assert!(
+        !left.contains("implementation") && !left.contains("show_rays"),
+        "{left}"
+    );
 }
 
 #[test]
