@@ -25,6 +25,7 @@ pub mod exit;
 pub mod files;
 pub mod npy;
 pub mod plain;
+#[cfg_attr(target_family = "wasm", path = "progress/absent.rs")]
 pub mod progress;
 pub mod sealed;
 pub mod utc;

@@ -13,7 +13,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::engine::signals::stop_signal;
 use oneiro_watch::{Server, snapshot};
 use serde_json::json;
 
