@@ -125,7 +125,7 @@ for (const [name, set] of others) {
 for (const [text, message] of [
     ['populatoin = 3', 'populatoin'],
     ['[evolution]\npopulation = 0', 'allowed: 1 to'],
-    ['[', 'line 1'],
+    ['[', 'e.toml:1:2'],
 ]) {
     const refused = (error) => error instanceof Refusal && error.code === 3 && error.message.includes(message);
     assert.throws(() => new Instance(module).open({ name: 'e.toml', text }, 1n), refused, text);

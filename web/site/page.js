@@ -82,7 +82,7 @@ function draw(table) {
 async function show(began) {
     const { done, best, robot_steps: steps } = pool.progress;
     const speed = began ? `, ${(steps / 1e3 / (performance.now() - began)).toFixed(1)} million robot steps a second` : '';
-    at('progress').textContent = `${about.name}: ${about.unit} ${done} of ${about.length}, best ${best ?? 'none'}${speed}`;
+    at('progress').textContent = `${about.name}: ${about.unit} ${done} of ${about.length}, best ${best == null ? 'none' : Number(Number(best).toPrecision(6))}${speed}`;
     draw(await pool.table());
 }
 
