@@ -99,6 +99,7 @@ tests/python-package.sh --with-learning
 say "pages in browsers"
 cargo build --release --locked
 tests/pages.sh
+tests/web.sh target/release/oneiro
 
 say "whatever pages and experiments tell a user to type"
 long --test program documented:: -- --nocapture

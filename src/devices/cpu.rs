@@ -1,11 +1,11 @@
 //! Evaluation on the CPU: the kernels' lane code, on many threads.
 
-mod affinity;
+#[cfg_attr(target_family = "wasm", path = "cpu/alone.rs")]
+mod workers;
 
 use std::num::NonZero;
 use std::ops::Range;
 use std::thread;
-use std::time::Instant;
 
 use oneiro_shaders::episode::{Dispatch, Group};
 use oneiro_shaders::{Kernel, Words};
@@ -16,6 +16,7 @@ use crate::devices::code::{LaneCode, Specialised, interpreted_because, interpret
 use crate::devices::threads::startable;
 use crate::devices::variants::Specialise;
 use crate::evaluator::{Control, Device, Error, Evaluator};
+use workers::Workers;
 
 /// Cycles between checks for cancellation: about ten milliseconds of 64 episodes.
 const CHUNK: u32 = 16_384;
@@ -34,7 +35,7 @@ const TURNS_OF_CHUNK: u32 = 10_000_000;
 /// The CPU evaluator: a pool of threads, and for each batch the lane code that suits its size.
 #[derive(Debug)]
 pub struct Cpu {
-    pool: rayon::ThreadPool,
+    workers: Workers,
     variant: Option<&'static str>,
     checks: bool,
     chunk: u32,
@@ -66,17 +67,8 @@ impl Cpu {
         }
         let wanted = threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get));
         let threads = startable(wanted);
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .start_handler(move |index| affinity::settle(index, threads))
-            .thread_name(|index| format!("oneiro-cpu-{index}"))
-            .build()
-            .map_err(|error| {
-                Error::Short(format!(
-                    "no thread can be started: {error}; allowed: more memory or processes"
-                ))
-            })?;
-        if pool.broadcast(|_| float_mode::is_default()).contains(&false) {
+        let workers = Workers::start(threads)?;
+        if !workers.all(float_mode::is_default) {
             return Err(Error::NoDevice(
                 "this program's threads do not round floats to nearest, or flush subnormal ones to zero; allowed: the \
                  processor's default mode"
@@ -84,7 +76,7 @@ impl Cpu {
             ));
         }
         Ok(Self {
-            pool,
+            workers,
             variant: None,
             checks: false,
             chunk: CHUNK,
@@ -156,7 +148,7 @@ impl Cpu {
 
     /// The number of threads.
     pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+        self.workers.count()
     }
 
     /// Runs some groups of a batch and returns results in the order of `groups`. With `report_progress`, `control`
@@ -214,16 +206,14 @@ impl Cpu {
             .iter()
             .flat_map(|group| (0..group.calls()).map(move |call| (group, call)))
             .collect();
-        let began = Instant::now();
-        match calls[..] {
+        self.specialised.timed(&code, &parts, &ready, || match calls[..] {
             // A thread takes longer to wake up than a cycle of one episode to compute.
             [(group, call)] if float_mode::is_default() => group.run(call),
             _ => {
                 let run = || calls.into_par_iter().try_for_each(|(group, call)| group.run(call));
-                self.pool.install(run)
+                self.workers.install(run)
             }
-        }?;
-        self.specialised.spend(&code, &parts, &ready, began.elapsed());
+        })?;
         Ok(result)
     }
 
@@ -357,6 +347,7 @@ fn instruction_set(name: &str) -> &str {
 fn cost(name: &str, lanes: u32) -> f32 {
     let each_lane = match instruction_set(name) {
         "neon" => 9.7,
+        "simd128" => 14.0,
         "scalar" => 30.0,
         "checked" => 170.0,
         "native512" => 2.5,

@@ -26,6 +26,7 @@ pub mod files;
 pub mod npy;
 pub mod plain;
 pub mod program;
+#[cfg_attr(target_family = "wasm", path = "progress/absent.rs")]
 pub mod progress;
 pub mod sealed;
 pub mod utc;

@@ -13,7 +13,7 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_shaders::Kernel;
 
 use crate::engine::handle::{Closed, Engine};
-use crate::engine::watcher::stop_signal;
+use crate::engine::signals::stop_signal;
 use crate::threads;
 
 /// The device that evaluates.

@@ -5,7 +5,7 @@ use oneiro_base::console::Console;
 use oneiro_base::exit::Failure;
 use oneiro_base::exit::Result;
 #[cfg(unix)]
-use oneiro_lab::engine::watcher::stop_at_once;
+use oneiro_lab::engine::signals::stop_at_once;
 
 use crate::cli::Command;
 

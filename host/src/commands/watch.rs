@@ -14,7 +14,7 @@ use oneiro_base::console::Console;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::program;
-use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::engine::signals::stop_signal;
 use oneiro_watch::{Server, snapshot};
 use serde_json::json;
 

@@ -14,7 +14,7 @@ pub struct Target {
     pub arch: &'static str,
     /// First part of its variant's name.
     pub name: &'static str,
-    /// Features that the processor must have.
+    /// Features that the processor must have, if that is known only at run time.
     pub features: &'static [&'static str],
     /// Vectors side by side, and lanes per vector.
     pub shape: (u32, u32),
@@ -30,6 +30,13 @@ pub const TARGETS: &[Target] = &[
         features: &["neon"],
         shape: (4, 4),
         vector: "Neon",
+    },
+    Target {
+        arch: "all(target_arch = \"wasm32\", target_feature = \"simd128\")",
+        name: "simd128",
+        features: &[],
+        shape: (4, 4),
+        vector: "Simd128",
     },
     Target {
         arch: "all()",

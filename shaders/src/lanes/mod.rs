@@ -66,6 +66,8 @@ mod checked;
 mod neon;
 mod pair;
 mod scalar;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod simd128;
 pub mod uniform;
 
 pub use checked::Checked;
@@ -73,6 +75,8 @@ pub use checked::Checked;
 pub use neon::Neon;
 pub use pair::Pair;
 pub use scalar::Scalar;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+pub use simd128::Simd128;
 
 #[cfg(all(target_arch = "arm", target_feature = "neon"))]
 compile_error!("NEON on 32-bit ARM flushes subnormals: build for a target without it");

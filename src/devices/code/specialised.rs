@@ -1,7 +1,7 @@
 //! CPU code compiled at run time for one world, like the GPU's variants of kernels.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::{LaneCode, native};
 use crate::batch::Part;
@@ -48,8 +48,22 @@ impl Specialised {
         worlds(groups).flat_map(of_world).collect()
     }
 
+    /// Runs groups on the codes that are ready, or else on this one, and notes the time that this takes.
+    pub(crate) fn timed<E>(
+        &self,
+        code: &LaneCode,
+        groups: &[Part<'_>],
+        ready: &[Option<LaneCode>],
+        run: impl FnOnce() -> Result<(), E>,
+    ) -> Result<(), E> {
+        let began = Instant::now();
+        run()?;
+        self.spend(code, groups, ready, began.elapsed());
+        Ok(())
+    }
+
     /// Notes that groups ran on the codes that were ready, or else on this one, and their total time.
-    pub(crate) fn spend(&self, code: &LaneCode, groups: &[Part<'_>], mut ready: &[Option<LaneCode>], time: Duration) {
+    fn spend(&self, code: &LaneCode, groups: &[Part<'_>], mut ready: &[Option<LaneCode>], time: Duration) {
         let (LaneCode::Native(code), false) = (code, ready.is_empty()) else {
             return;
         };

@@ -1,7 +1,5 @@
 //! Stands in for code for one world in builds that compile none at run time.
 
-use std::time::Duration;
-
 use super::LaneCode;
 use crate::batch::Part;
 use crate::devices::variants::Specialise;
@@ -18,7 +16,16 @@ impl Specialised {
         Vec::new()
     }
 
-    pub(crate) fn spend(&self, _: &LaneCode, _: &[Part<'_>], _: &[Option<LaneCode>], _: Duration) {}
+    /// Runs groups. WebAssembly has no clock that could time them.
+    pub(crate) fn timed<E>(
+        &self,
+        _: &LaneCode,
+        _: &[Part<'_>],
+        _: &[Option<LaneCode>],
+        run: impl FnOnce() -> Result<(), E>,
+    ) -> Result<(), E> {
+        run()
+    }
 
     pub(crate) fn steps(&self) -> u64 {
         0

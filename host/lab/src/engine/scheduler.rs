@@ -292,14 +292,14 @@ struct Group<R: Runs> {
 }
 
 /// Packed worlds of one kernel, and the index of each place in them.
-struct Packed {
-    kernel: &'static str,
-    worlds: Worlds,
+pub(super) struct Packed {
+    pub(super) kernel: &'static str,
+    pub(super) worlds: Worlds,
     indices: HashMap<[u8; blake3::OUT_LEN], usize>,
 }
 
 impl Packed {
-    fn new(requests: &[Request<'_>], kernel: &'static str) -> Result<Self> {
+    pub(super) fn new(requests: &[Request<'_>], kernel: &'static str) -> Result<Self> {
         let mut indices = HashMap::new();
         let mut places = Vec::new();
         for place in requests.iter().flat_map(|request| request.worlds) {
@@ -316,7 +316,7 @@ impl Packed {
         })
     }
 
-    fn index(&self, place: &Place) -> Option<usize> {
+    pub(super) fn index(&self, place: &Place) -> Option<usize> {
         self.indices.get(place.key.as_bytes()).copied()
     }
 

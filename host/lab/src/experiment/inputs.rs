@@ -76,6 +76,15 @@ pub struct Files {
 }
 
 impl Files {
+    /// Files whose contents are known, by their paths: they are not read.
+    pub fn given(files: Vec<(PathBuf, Vec<u8>)>) -> Self {
+        let contents = files.into_iter().map(|(path, bytes)| (path, Content::new(bytes)));
+        Self {
+            contents: Mutex::new(contents.collect()),
+            ..Self::default()
+        }
+    }
+
     /// Files that settings named so far, or those that experiments did.
     pub fn named(&self, by_settings: bool) -> Vec<(String, Arc<Content>)> {
         let named = self.named.lock().unwrap_or_else(PoisonError::into_inner);

@@ -4,6 +4,7 @@
 mod directories;
 mod done;
 mod extend;
+mod memory;
 mod meta;
 mod recorder;
 mod saved;
@@ -15,6 +16,7 @@ pub use directories::{Directories, RunPlace};
 pub(crate) use done::result_of;
 pub use done::{Done, verify};
 pub use extend::{Budget, Extension, complete};
+pub use memory::{Finished, InMemory};
 pub use meta::{Meta, Session, Status};
 pub use recorder::{Begun, Recorder, Standing, named, standing};
 pub use saved::{SavedRun, State, is_locked};

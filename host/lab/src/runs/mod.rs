@@ -333,8 +333,16 @@ pub enum Robots {
 /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values allowed.
 pub fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
     let text = FileKind::Experiment.text(path)?;
-    let values = FileKind::Experiment.parsed(path, &text)?;
-    of(path, &values, &Setting::all_typed(set)?, &Files::default(), None)
+    in_text(path, &text, set, &Files::default())
+}
+
+/// Reads the text of an experiment's file. The files that it names come from `files`, by their paths, if they are there.
+///
+/// # Errors
+/// As [`read`].
+pub fn in_text(path: &Path, text: &str, set: &[String], files: &Files) -> Result<Arc<dyn Experiment>> {
+    let values = FileKind::Experiment.parsed(path, text)?;
+    of(path, &values, &Setting::all_typed(set)?, files, None)
 }
 
 /// Reads the experiment of a run's directory. Older runs without finalists don't mention them.

@@ -11,7 +11,6 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use oneiro_base::exit::Failure;
-use signal_hook::flag;
 
 use super::message::{LONGEST, Report, Request, Status, VERSION, sensors};
 use super::values::Values;
@@ -63,9 +62,7 @@ pub fn run(options: Options) -> io::Result<u8> {
         RealTime::from_here_on();
     }
     let ended = Arc::new(AtomicBool::new(false));
-    for signal in signals() {
-        flag::register(signal, Arc::clone(&ended))?;
-    }
+    end_at_signals(&ended)?;
     let (inbox, inputs) = mpsc::channel();
     let reports = Reports::start();
     reports.send(Report::Hello { version: VERSION });
@@ -104,14 +101,19 @@ fn leave_session() {
     let _ = rustix::process::setsid();
 }
 
-/// Signals that ask for the end.
-fn signals() -> Vec<i32> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    #[cfg(unix)]
-    let more = [signal_hook::consts::SIGHUP, signal_hook::consts::SIGQUIT];
-    #[cfg(not(unix))]
-    let more = [];
-    [SIGTERM, SIGINT].into_iter().chain(more).collect()
+/// Sets a flag at the signals that ask for the end.
+#[cfg(unix)]
+fn end_at_signals(ended: &Arc<AtomicBool>) -> io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+    for signal in [SIGTERM, SIGINT, SIGHUP, SIGQUIT] {
+        signal_hook::flag::register(signal, Arc::clone(ended))?;
+    }
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn end_at_signals(_: &Arc<AtomicBool>) -> io::Result<()> {
+    Ok(())
 }
 
 /// Reads lines of standard input, in a thread.

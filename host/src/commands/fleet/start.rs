@@ -13,7 +13,7 @@ use oneiro_fleet::fleet::operator::{Ears, Socket, Station};
 use oneiro_fleet::fleet::page::{PAGE, Page};
 use oneiro_fleet::fleet::remote::on_each;
 use oneiro_fleet::fleet::{enough, service, table};
-use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::engine::signals::stop_signal;
 use oneiro_lab::exchange::radio::key::Key;
 
 use crate::cli::FleetStart;

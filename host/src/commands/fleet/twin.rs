@@ -22,7 +22,7 @@ use oneiro_fleet::fleet::file::{self, Fleet};
 use oneiro_fleet::fleet::twin;
 use oneiro_fleet::fleet::twin::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
 use oneiro_fleet::fleet::twin::faults::Faults;
-use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::engine::signals::stop_signal;
 use oneiro_lab::exchange::radio::key::Key as Secret;
 use oneiro_lab::exchange::radio::{OPERATOR, Packet, Radio};
 use oneiro_lab::swarm::clock::Clock;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::engine::signals::stop_signal;
 use oneiro_robots::address::Wire;
 use oneiro_robots::guard::client::{Client, Lost, failure};
 use oneiro_robots::guard::message::{Report, Request, Sensors, Status};

@@ -8,7 +8,7 @@ use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_lab::device;
-use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::engine::signals::stop_signal;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::reality::described::Described;
 use oneiro_lab::reality::sampling::{self, Grid, Notebook};

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use ::console::Term;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::engine::signals::stop_signal;
 use oneiro_report::numbers::fixed;
 use oneiro_robots::error::Error;
 use oneiro_robots::{Group, Kind, Reading, Robot, stopped, unstopped};

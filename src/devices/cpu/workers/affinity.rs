@@ -19,7 +19,7 @@ mod linux {
     /// Binds this thread, number `index` of `threads`, to its own processor if there are as many threads as processors
     /// that it may run on. With fewer threads, two evaluators could bind theirs to the same processors while others
     /// idle.
-    pub(in crate::devices::cpu) fn settle(index: usize, threads: usize) {
+    pub(in crate::devices::cpu::workers) fn settle(index: usize, threads: usize) {
         let allowed = allowed();
         if allowed.len() != threads {
             return;
