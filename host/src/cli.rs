@@ -401,7 +401,7 @@ pub(crate) enum Command {
     Replay(Replay),
     /// Evaluate genomes, find the best, or play a tournament
     Evaluate(Evaluate),
-    /// Write a controller in C or another language, with a check of its bits
+    /// Write a controller in C or another language
     Export(Export),
     /// Compare experiments: scores, tests and figures in one report
     Compare(Compare),
@@ -637,7 +637,7 @@ pub(crate) struct Evaluate {
     /// Start an episode at each pose of this file (columns `x_mm`, `y_mm`, `heading_turns`)
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
-    /// The experiment's noise, or none (except in custom parts, foragers' proximity and reference models' messages)
+    /// The experiment's noise, or none (custom parts, foragers' proximity, messages keep it)
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
     /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable

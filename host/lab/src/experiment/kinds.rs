@@ -248,7 +248,9 @@ mod tests {
                     folders.push(path);
                     continue;
                 }
-                if path.extension().is_none_or(|extension| extension != "toml") || path.ends_with("claims.toml") {
+                if path.extension().is_none_or(|extension| extension != "toml")
+                    || ["claims.toml", "Cargo.toml"].iter().any(|other| path.ends_with(other))
+                {
                     continue;
                 }
                 let text = fs::read_to_string(&path).unwrap();

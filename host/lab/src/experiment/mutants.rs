@@ -103,7 +103,9 @@ fn shipped(scratch: &Scratch) -> Vec<(PathBuf, String)> {
             scratch.write(name.to_str().unwrap(), &content);
             // The studies' files are not experiments.
             let is_experiment = to.as_os_str().is_empty() || to.ends_with("sweeps");
-            if is_experiment && path.extension().is_some_and(|extension| extension == "toml") {
+            let is_toml =
+                path.extension().is_some_and(|extension| extension == "toml") && !path.ends_with("Cargo.toml");
+            if is_experiment && is_toml {
                 texts.push((to.clone(), String::from_utf8(content).unwrap()));
             }
         }
