@@ -616,9 +616,11 @@ fn unparsed(message: &str, text: &str, at: usize) -> String {
 /// The number with a decimal point, if a line is not parsed after a comma between digits, or before its decimals.
 fn with_decimal_comma(before: &str, after: &str) -> Option<String> {
     let is_digit = |c: char| c.is_ascii_digit();
-    let (before, decimals) = match after.strip_prefix(',') {
-        Some(decimals) => (before, decimals),
-        None => (before.strip_suffix(',')?, after),
+    let (before, decimals) = match (after.strip_prefix(','), after.starts_with('}')) {
+        (Some(decimals), _) => (before, decimals),
+        (None, false) => (before.strip_suffix(',')?, after),
+        // In a table of one line, what comes after the comma would be a key.
+        (None, true) => before.trim_end().rsplit_once(',')?,
     };
     let decimals = &decimals[..decimals.find(|c| !is_digit(c)).unwrap_or(decimals.len())];
     let whole = &before[before

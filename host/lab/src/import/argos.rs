@@ -786,14 +786,14 @@ fn place_robots(
         let why = format!("the arena has {count}, which are here");
         draft.leave_out(line, format!("<params number_robots>, {placed}"), why);
     }
-    let mut wheels = None;
-    for (key, value, line, what) in controllers.model.iter().filter(|_| kind == Kind::Other) {
-        if *key == "wheel_noise" && count > 0 {
-            wheels = Some((*value, *line, what));
-        } else {
-            let why = "a plain e-puck has no such value; noise.sensor is for all its sensors, and robot.model has all of these";
-            draft.leave_out(*line, &**what, why);
-        }
+    for (key, _, line, what) in controllers.model.iter().filter(|_| kind == Kind::Other) {
+        let why = match *key {
+            "wheel_noise" => "set robot.wheel_noise",
+            _ => {
+                "a plain e-puck has no such value; noise.sensor is for all its sensors, and robot.model has all of these"
+            }
+        };
+        draft.leave_out(*line, &**what, why);
     }
     if count == 0 {
         let why = "No robot on two wheels is in the file: an e-puck stands here.";
@@ -808,14 +808,6 @@ fn place_robots(
     let has_model = kind != Kind::Other;
     let preset = if has_model { "\"epuck-rm1.1\"" } else { "\"epuck\"" };
     draft.set(("robot", "preset"), preset, line, what);
-    if let Some((value, line, what)) = wheels {
-        draft.set(("robot", "wheel_noise"), super::draft::number(value), line, &**what);
-        draft.choose(
-            ("robot", "wheel_noise_law"),
-            "\"normal\"",
-            "ARGoS draws it from a normal distribution.",
-        );
-    }
     if has_model {
         for (key, value, line, what) in &controllers.model {
             draft.set(("robot", key), super::draft::number(*value), *line, &**what);

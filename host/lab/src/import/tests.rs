@@ -117,11 +117,11 @@ fn devices_of_other_controllers_are_not_silent() {
         .replace(own, devices)
         .replace("label=\"task\">", "label=\"task\"><params number_robots=\"20\" />");
     let made = good("arena.argos", &text);
-    has(&made.text, &["wheel_noise = 0.2\n", "wheel_noise_law = \"normal\""]);
     let left = made.not_taken();
     has(
         &left,
         &[
+            "<epuck_wheels noise_std_dev>: not taken: set robot.wheel_noise",
             "<epuck_proximity noise_level>: not taken: a plain e-puck has no such value",
             "<epuck_range_and_bearing nois_std_deviation>: not taken: Oneiro has nothing like it",
             "<epuck_range_and_bearing check_occlusions>: ",
