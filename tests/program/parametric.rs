@@ -516,7 +516,7 @@ fn starts_lights_and_sensors_that_are_out_of_place_are_named() {
         .replace("x_mm = 900.0", "x_mm = 1200.0");
     place.write("odd.toml", odd);
     place.run(&["check", "odd.toml"]).exits(0).says(&[
-        "warning: odd.toml:11:52: robot.sensors[1].offset_mm: is 2500, which is far off the body of 35 mm radius",
+        "warning: odd.toml:11:52: robot.sensors[1].offset_mm: is 2500, outside of the body of 35 mm radius",
         "warning: odd.toml:18:11: arena.lights[0]: is outside of the arena, and walls between hide it: the arena has x from 0 to 1000 and y from 0",
     ]);
     place.write("word.toml", SEVERAL.replace("\"floor\"", "\"target\""));
