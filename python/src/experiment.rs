@@ -45,6 +45,8 @@ impl Experiment {
         Ok(Self(experiment))
     }
 
+    /// An experiment that ships with Oneiro, with the files that it names: `Experiment.example("khepera-avoidance")`. A wrong name's
+    /// error lists all; `oneiro new --example` also says what they are.
     #[staticmethod]
     #[pyo3(signature = (name, set = None))]
     fn example(py: Python<'_>, name: &str, set: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
