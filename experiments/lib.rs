@@ -1,5 +1,5 @@
-//! Experiments, sweeps and studies that ship with Oneiro, with the files that they name: `oneiro new --example` writes them. A crate of its
-//! own, because a package holds only what is in its folder.
+//! Experiments, sweeps and studies that ship with Oneiro, with the files that they name: `oneiro new --example` writes them. They are a
+//! crate, because a package holds only what is in its folder.
 
 /// An experiment or a sweep, and the files that it names.
 pub struct Example {

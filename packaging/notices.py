@@ -15,7 +15,7 @@ FILE = ROOT / "packaging/third-party.txt"
 FEATURES = ["--features", "oneiro-host/default,oneiro-host/parquet,oneiro-python/gpu"]
 PROGRAMS = ("oneiro-host", "oneiro-python")
 # May be combined with a program under MIT or Apache 2.0, and ask for no more than a notice, and MPL for the address of the unchanged source.
-# A package that offers another licence beside one of these is taken under one of these.
+# A package that offers one of these licences and another one is taken under one of these.
 ALLOWED = {
     "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0", "ISC", "MIT", "MIT-0",
     "MPL-2.0", "Unicode-3.0", "Unlicense", "Zlib",

@@ -147,7 +147,7 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
     for (index, sensor) in spec.robot.described_sensors().iter().enumerate() {
         if let Some(offset) = sensor.offset.filter(|offset| *offset > BEYOND * radius) {
             let problem = format!(
-                "is {offset}, outside of the body of {radius} mm radius: beside a wall the sensor is beyond it"
+                "is {offset}, outside of the body of {radius} mm radius: next to a wall the sensor is beyond it"
             );
             doubts.push((format!("robot.sensors[{index}].offset_mm"), problem));
         }

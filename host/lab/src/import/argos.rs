@@ -257,7 +257,7 @@ fn controllers<'a>(root: Element<'a>, draft: &mut Draft) -> Result<Controllers<'
             if all.model.is_empty() {
                 all.model = model(controller, draft)?;
             }
-            // All of it is that one thing, but for the values of the robot's devices.
+            // All of it is that one thing, except the values of the robot's devices.
             for unread in controller.unread() {
                 match unread.tag() {
                     "actuators" | "sensors" => unread.read().unread().for_each(|device| {

@@ -105,7 +105,7 @@ fn has(text: &str, lines: &[&str]) {
     }
 }
 
-/// What the devices of a program's robots have is taken, or said not to be.
+/// The import takes each value of the robots' devices, or says that it doesn't.
 #[test]
 fn devices_of_other_controllers_are_not_silent() {
     let devices = r#"<actuators><epuck_wheels implementation="default" noise_std_dev="0.2" /></actuators>
