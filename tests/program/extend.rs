@@ -937,7 +937,7 @@ fn parts_are_shown_and_what_hardly_is_meant_is_told() {
         (
             "return Reward(",
             "return Reward(reciprocal(0.0f * pose_of(now)) + ",
-            "no mean of 100 episodes: the fitness of some is not a number (NaN)",
+            "no mean of 100 new episodes: the fitness of some is not a number (NaN)",
         ),
     ] {
         let helper = "fn pose_of(now: Experience) -> f32 { return now.end.x; }\n";

@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 
 const FORMAT: &str = "oneiro checkpoint";
 /// Version 1 had two formats, of runs and of sweeps; version 2 had no outcomes of runs; version 3 had no rounds of races.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const PREFIX: &str = "checkpoint-";
 
 /// Explains why a checkpoint can't be used; `owner` is the run or sweep that it should belong to.

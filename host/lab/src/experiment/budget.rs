@@ -185,8 +185,10 @@ mod tests {
             let with = |more: &str| read(kind, &[format!("evolution.episodes={budget}"), more.to_owned()]);
             let experiment = with("seed=1").unwrap();
             let [all, most] = counted(&experiment);
-            assert!(all <= budget, "{name}: {all}");
             let own = experiment.single().unwrap();
+            // The champion's test decides nothing.
+            let all = all - u64::from(own.test_episodes());
+            assert!(all <= budget, "{name}: {all}");
             let words = experiment.budget().unwrap();
             if kind == Kind::Grid {
                 let levels = own.settings().evolution.tables.grid.levels;

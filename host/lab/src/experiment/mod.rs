@@ -130,6 +130,12 @@ impl Experiment {
             // Their number follows.
             settings.evolution.generations = MOST_GENERATIONS;
         }
+        let population = values::at(given, "evolution.population").and_then(Value::as_integer);
+        if let Some(population) = population.and_then(|own| u32::try_from(own).ok())
+            && !is_given("evolution.parents")
+        {
+            settings.evolution.parents = evolve::settings::Settings::parents_of(population);
+        }
         values::read(given, &mut settings, source)?;
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -343,7 +349,16 @@ impl Experiment {
     /// them; then there is one less.)
     pub fn steps(&self) -> u64 {
         let steps = u64::from(self.world.cycles()) * u64::from(self.world.robots());
-        self.episodes().total().saturating_mul(steps)
+        let episodes = self.episodes().total().saturating_add(self.test_episodes().into());
+        episodes.saturating_mul(steps)
+    }
+
+    /// Episodes of the champion after it was chosen among finalists. They decide nothing, so that no budget counts them.
+    pub fn test_episodes(&self) -> u32 {
+        match self.finalists() {
+            0 | 1 => 0,
+            _ => self.settings.finalists.lives,
+        }
     }
 
     /// Approximate memory of a run in progress, in bytes.

@@ -236,7 +236,7 @@ fn rows() -> Vec<Parameter<Settings>> {
     rows.extend(evolution::rows());
     insert(&mut rows, "evolution.limits", [
         row("evolution.finalists", "", Whole(0, 10_000), OURS,
-            "How many of the last generation's best, or of a whole grid's, are re-evaluated with the luckiest of the run. The best mean is the champion; 0: no re-evaluation.", |own, _| Some(&mut own.finalists.count)),
+            "How many of the last generation's best, or of a whole grid's, are re-evaluated with the luckiest of the run. The best mean is the champion, whose reported mean is that of as many episodes again; 0: no re-evaluation.", |own, _| Some(&mut own.finalists.count)),
         row("evolution.finalist_lives", "", Whole(2, 10_000), OURS,
             "Episodes of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
     ]);

@@ -277,7 +277,8 @@ pub struct Shown {
     pub value: (&'static str, &'static str),
 }
 
-/// The outcome that compares runs with finalists: the mean of the champion's new episodes, which selection has not used.
+/// The outcome that compares runs with finalists: the mean of the champion's new episodes, which neither evolution nor
+/// the choice among finalists has used.
 pub(crate) const CHAMPION_MEAN: &str = "champion_mean";
 
 impl Shown {

@@ -23,8 +23,8 @@ pub(super) struct IndividualFile {
     pub(super) fitness: Option<f32>,
     /// The score's 32 bits in hex.
     pub(super) fitness_bits: String,
-    /// Mean of a finalist's episodes, its 95 % confidence interval (Student's t), and the number of episodes. Missing if there
-    /// were no finalists.
+    /// Mean of new episodes, its 95 % confidence interval (Student's t), and the number of episodes. Those of a champion were simulated
+    /// after it had been chosen among finalists. Missing if there were no finalists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) mean: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,7 +46,7 @@ pub(super) struct IndividualFile {
 /// One of a run's individuals, for its files.
 pub(super) struct Individual<'a> {
     pub(super) own: &'a Champion,
-    /// Appraisal of a finalist.
+    /// Mean of its new episodes.
     pub(super) appraisal: Option<Appraisal>,
     pub(super) seed: u64,
     /// Keys of its episodes in its generation.

@@ -1,5 +1,5 @@
-//! The job of a run of single robots: generations, the finalists' episodes, the last offspring's episodes in reality if there is
-//! one, and the champion's episode again for its trace.
+//! The job of a run of single robots: generations, the finalists' episodes, the champion's test, the last offspring's episodes in
+//! reality if there is one, and the champion's episode again for its trace.
 
 use std::sync::Arc;
 
@@ -51,6 +51,8 @@ pub(super) struct Evolving {
     progressed: Progressed,
     /// Fitness of each finalist's episodes, by finalist.
     appraised: Vec<f32>,
+    /// Fitness of the champion's test: episodes after it was chosen. Empty where nothing is to choose.
+    tested: Vec<f32>,
     /// Scores of the last generation's offspring in the simulator, and of each of their episodes in reality.
     simulated: Vec<f32>,
     real: Vec<f32>,
@@ -66,6 +68,8 @@ enum Purpose {
     /// The last episodes of two populations: the best of both.
     Exhibition,
     Finalists,
+    /// The champion's episodes after the finalists' have chosen it, since the best of several means is too high.
+    Test,
     /// Episodes of the last offspring, which were never selected, in the simulator and in reality.
     Simulated,
     Real,
@@ -109,13 +113,16 @@ struct Saved {
     is_exhibited: bool,
     progressed: Progressed,
     appraised: Vec<f32>,
+    tested: Vec<f32>,
     simulated: Vec<f32>,
     real: Vec<f32>,
     transferred: Transferred,
 }
 
-/// Number of the generation in the keys of finalists' episodes, larger than any generation of an evolution.
+/// Numbers of the generation in the keys of finalists' episodes and of the champion's test, larger than any generation of an
+/// evolution; [`crate::lives::Keys::of_champions`] has the number between them.
 const FINALISTS: u64 = 1 << 32;
+const TEST: u64 = FINALISTS + 2;
 
 impl Evolving {
     pub(super) fn new(single: Arc<Single>, seed: u64, recording: Recording<'_>) -> Result<Self> {
@@ -138,6 +145,7 @@ impl Evolving {
             is_exhibited: false,
             progressed: Progressed::default(),
             appraised: Vec::new(),
+            tested: Vec::new(),
             simulated: Vec::new(),
             real: Vec::new(),
             transferred: Transferred::default(),
@@ -153,6 +161,7 @@ impl Evolving {
             is_exhibited,
             progressed,
             appraised,
+            tested,
             simulated,
             real,
             transferred,
@@ -167,13 +176,15 @@ impl Evolving {
         self.last = last;
         self.is_exhibited = is_exhibited;
         self.finalists = self.chosen_finalists()?;
-        let lives = self.finalists.len() * self.single.experiment.settings().finalists.lives as usize;
-        if !appraised.is_empty() && appraised.len() != lives {
+        let lives = self.single.experiment.settings().finalists.lives as usize;
+        let is_other = |fitness: &[f32], individuals: usize| !fitness.is_empty() && fitness.len() != individuals * lives;
+        if is_other(&appraised, self.finalists.len()) || is_other(&tested, 1) {
             return Err(Failure::corrupt("a saved run has other finalists"));
         }
         Ok(Self {
             progressed,
             appraised,
+            tested,
             simulated,
             real,
             transferred,
@@ -206,11 +217,13 @@ impl Evolving {
         self.appraised.chunks_exact(lives).map(Appraisal::of).collect()
     }
 
-    /// The champion: the finalist with the best mean, or the luckiest individual if there are no finalists.
+    /// The champion: the finalist with the best mean, or the luckiest individual if there are no finalists. Its mean is that of its
+    /// test, which is not too high for having been chosen.
     fn champion(&self) -> Result<(&Champion, Option<Appraisal>)> {
         let appraisals = self.appraisals();
         match by_mean(&appraisals).first() {
-            Some(&best) => Ok((&self.finalists[best], Some(appraisals[best]))),
+            Some(&best) if self.tested.is_empty() => Ok((&self.finalists[best], Some(appraisals[best]))),
+            Some(&best) => Ok((&self.finalists[best], Some(Appraisal::of(&self.tested)))),
             None => Ok((self.luckiest()?, None)),
         }
     }
@@ -225,6 +238,8 @@ impl Evolving {
             Some(Purpose::Exhibition)
         } else if self.appraised.is_empty() && !self.finalists.is_empty() {
             Some(Purpose::Finalists)
+        } else if self.tested.is_empty() && self.finalists.len() > 1 {
+            Some(Purpose::Test)
         } else if has_reality && self.simulated.is_empty() {
             Some(Purpose::Simulated)
         } else if has_reality && self.real.is_empty() {
@@ -289,11 +304,15 @@ impl Evolving {
         keys(settings, self.seed, individual.generation, individual.individual).collect()
     }
 
-    /// Episodes of the finalists, all with the same random numbers.
-    fn finalists_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
+    /// Episodes of finalists, all with the same random numbers.
+    fn finalists_lives<'a>(
+        &self,
+        finalists: impl Iterator<Item = &'a Champion>,
+        generation: u64,
+    ) -> impl Iterator<Item = Rollout<'a>> {
         let lives = self.single.experiment.settings().finalists.lives;
-        let keys = Keys::new(self.seed, FINALISTS);
-        self.finalists.iter().flat_map(move |finalist| {
+        let keys = Keys::new(self.seed, generation);
+        finalists.flat_map(move |finalist| {
             (0..lives).map(move |life| Rollout {
                 world: 0,
                 genes: &finalist.genome,
@@ -313,6 +332,7 @@ impl Evolving {
             Purpose::Exhibition => settings.trials.into(),
             Purpose::Compared(Elsewhere::RealPaths) => 2,
             Purpose::Finalists => self.finalists.len() as u64 * u64::from(settings.finalists.lives),
+            Purpose::Test => settings.finalists.lives.into(),
             Purpose::Real => individuals * self.places.reality.len() as u64,
             Purpose::Trace | Purpose::Compared(Elsewhere::QuietPath) => 1,
         }
@@ -509,7 +529,7 @@ impl Job for Evolving {
         let reality = &self.places.reality[..];
         let lived = match purpose {
             Purpose::Generation => self.place_of(self.evolution.generation()),
-            Purpose::Exhibition | Purpose::Finalists | Purpose::Trace => self.place_of(self.evolution.generation() - 1),
+            Purpose::Exhibition | Purpose::Finalists | Purpose::Test | Purpose::Trace => self.place_of(self.evolution.generation() - 1),
             Purpose::Simulated => std::slice::from_ref(&self.places.simulator),
             Purpose::Real => reality,
             Purpose::Compared(elsewhere) => {
@@ -552,7 +572,11 @@ impl Job for Evolving {
                 Purpose::Generation | Purpose::Simulated | Purpose::Compared(Elsewhere::Simulated | Elsewhere::Quiet),
             ) => self.lives().for_each(|life| into.push(life)),
             Some(own @ Purpose::Compared(_)) => into.extend(self.paths(self.count(own))),
-            Some(Purpose::Finalists) => self.finalists_lives().for_each(|life| into.push(life)),
+            Some(Purpose::Finalists) => into.extend(self.finalists_lives(self.finalists.iter(), FINALISTS)),
+            Some(Purpose::Test) => {
+                let champion = self.champion().ok().map(|(champion, _)| champion);
+                into.extend(self.finalists_lives(champion.into_iter(), TEST));
+            }
             Some(Purpose::Exhibition) => {
                 let pair = self.evolution.champion();
                 into.extend(pair.into_iter().flat_map(|pair| {
@@ -583,6 +607,7 @@ impl Job for Evolving {
                 self.finalists = self.chosen_finalists()?;
             }
             Some(Purpose::Finalists) => self.appraised = results.fitness.to_vec(),
+            Some(Purpose::Test) => self.tested = results.fitness.to_vec(),
             Some(Purpose::Simulated) => self.simulated = self.scores(results.fitness),
             Some(Purpose::Real) => self.real = results.fitness.to_vec(),
             Some(Purpose::Compared(elsewhere)) => {
@@ -605,6 +630,7 @@ impl Job for Evolving {
             evolution: self.evolution.save(),
             last: self.last.clone(),
             appraised: self.appraised.clone(),
+            tested: self.tested.clone(),
             simulated: self.simulated.clone(),
             real: self.real.clone(),
             is_exhibited: self.is_exhibited,
@@ -654,6 +680,7 @@ impl Job for Evolving {
                 champion,
                 finalists: &self.finalists,
                 appraisals: &self.appraisals(),
+                appraisal,
                 trace: self.trace.as_ref(),
                 rows: &rows,
                 spent: &self.spent(rows.len()),
@@ -709,6 +736,7 @@ pub(super) fn extended(experiment: &Experiment, earlier: &Experiment, seed: u64,
         last: None,
         is_exhibited: false,
         appraised: Vec::new(),
+        tested: Vec::new(),
         simulated: Vec::new(),
         real: Vec::new(),
         ..saved

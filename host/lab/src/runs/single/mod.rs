@@ -735,7 +735,7 @@ impl super::Experiment for Single {
             let shown = |number: Option<f64>| number.map_or_else(|| "NaN".to_owned(), |number| significant(number, 6));
             let [low, high] = interval.map_or([None; 2], |bounds| bounds.map(Some)).map(shown);
             let mean = shown(mean);
-            let lives = counted(lives, "episode", "episodes");
+            let lives = counted(lives, "new episode", "new episodes");
             let appraised = if mean == "NaN" {
                 format!("no mean of {lives}: the fitness of some is not a number (NaN)")
             } else {

@@ -70,8 +70,8 @@ static OF_ALL: [Outcome; 11] = [
         Column::number(
             CHAMPION_MEAN,
             "",
-            "the mean of the champion's new episodes (`evolution.finalist_lives`); empty without finalists, when the champion is the \
-         luckiest",
+            "the mean of the champion's new episodes (`evolution.finalist_lives`), which did not choose it; empty without finalists, when the \
+         champion is the luckiest",
         ),
         |run| run.appraisal.map(|own| fixed(own.mean, 6)),
     ),

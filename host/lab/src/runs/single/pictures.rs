@@ -44,6 +44,8 @@ pub(super) struct Drawn<'a> {
     /// Those that were re-evaluated at the end, the luckiest first, and the mean of each.
     pub(super) finalists: &'a [Champion],
     pub(super) appraisals: &'a [Appraisal],
+    /// The champion's mean; none without finalists.
+    pub(super) appraisal: Option<Appraisal>,
     /// The champion's first episode.
     pub(super) trace: Option<&'a Trace>,
     /// The table of generations.

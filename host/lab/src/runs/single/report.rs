@@ -72,7 +72,7 @@ fn champion(run: &Drawn<'_>) -> String {
         ("champion", who(run.champion)),
         ("score", format!("{} in its generation", score(run.champion))),
     ];
-    if let Some((_, own)) = run.appraised().find(|(own, _)| *own == run.champion) {
+    if let Some(own) = run.appraisal {
         let episodes = counted(own.lives, "new episode", "new episodes");
         all.push(("mean", format!("{} in {episodes}", mean(&own))));
     }
