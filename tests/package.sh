@@ -42,7 +42,10 @@ crates() {
     mapfile -t private < <(cargo metadata --format-version 1 --no-deps --locked |
         python3 -c 'import json, sys; [print(p["name"]) for p in json.load(sys.stdin)["packages"] if p["publish"] == []]')
     [ ${#private[@]} -gt 0 ] || fail "there are no private packages"
-    for name in "${private[@]}"; do options+=(--exclude "$name"); done
+    for name in "${private[@]}"; do
+        options+=(--exclude "$name")
+        grep -qE -- "--exclude $name( |\$)" .github/workflows/release.yml || fail "release.yml would publish $name"
+    done
 
     say "packing"
     # All of them, and then the one that no workspace has, against these.
