@@ -1,4 +1,4 @@
-"""Judges the second editions of the studies again, from the tables of their sweeps, with pandas, SciPy and statsmodels alone.
+"""Judges the second and third editions of the studies again, from the tables of their sweeps, with pandas, SciPy and statsmodels alone.
 
     pip install pandas scipy statsmodels
     oneiro reproduce miglino1995 --sweeps collision-1,collision-1.75 --out second
@@ -7,7 +7,7 @@
     python studies/recompute.py --judged second-2014 random scale-0.2
 
 It prints each contrast, and compares every figure and every outcome with those that the program wrote to the judged directory. What is
-judged, and how, stands in studies/preregistration-1995-second.md and studies/preregistration-2014-second.md. The mixed models of 1995 are
+judged, and how, stands in studies/preregistration-1995-second.md, -1995-third.md and -2014-second.md. The mixed models of 1995 are
 fitted by statsmodels' MixedLM, not by the program's closed form. Without single robots and by halves, where only outcomes count, SciPy
 minimises the same restricted likelihood, which is faster; it must agree with MixedLM on all runs. Ends with exit code 1 if anything
 differs.
@@ -65,6 +65,16 @@ OF_RULES = [
     ("gap sensor - none", lambda u, s: OF_CONDITIONS[0][3](s) - OF_CONDITIONS[0][3](u)),
     ("gap none - conservative", lambda u, s: OF_CONDITIONS[1][3](s) - OF_CONDITIONS[1][3](u)),
 ]
+# Of a reading of equation 1 and the one that earlier editions have.
+READING = "unsigned root"
+OF_READINGS = [
+    ("gap none", lambda e, o: o.gap["none"] - e.gap["none"]),
+    ("gap conservative", lambda e, o: o.gap["conservative"] - e.gap["conservative"]),
+    ("gap sensor - none", lambda e, o: OF_CONDITIONS[0][3](o) - OF_CONDITIONS[0][3](e)),
+    ("gap none - conservative", lambda e, o: OF_CONDITIONS[1][3](o) - OF_CONDITIONS[1][3](e)),
+    ("real conservative - none", lambda e, o: OF_CONDITIONS[7][3](o) - OF_CONDITIONS[7][3](e)),
+    ("path repeat none - conservative", lambda e, o: (o.path_repeat["none"] - o.path_repeat["conservative"]) - (e.path_repeat["none"] - e.path_repeat["conservative"])),
+]
 
 
 def read(tables):
@@ -73,6 +83,9 @@ def read(tables):
     if "reality.motion_severity" in runs:
         motion = runs["reality.motion_severity"].map(repr)
         runs["severity"] = np.where(motion == runs.severity, runs.severity, runs.severity + "/" + motion)
+    for reading in ["task.speed", "task.difference"]:
+        if reading in runs:
+            runs["rule"] += " " + runs[reading]
     quiet, still = runs["noise.sensor"] == "[0.0, 0.0]", runs["noise.walk_range_mm"] == 0
     assert (quiet | still).all(), "a run has both kinds of noise"
     runs["noise"] = np.select([quiet & still, still], ["none", "sensor"], "conservative")
@@ -82,6 +95,7 @@ def read(tables):
     runs["peak_fall"] = runs.simulated_peak - runs.real_peak
     runs["failed"] = (runs.simulated_peak < FAILED_BELOW).astype(float)
     runs["path"] = runs.path_gap_mm
+    runs["path_repeat"] = runs.path_repeat_mm
     return runs
 
 
@@ -235,7 +249,7 @@ def judged(runs):
     contrasts, claims, cells, wide = [], [], [], {}
     for (severity, rule), own in runs.groupby(["severity", "rule"]):
         own = own.set_index([*KEY, "noise"]).sort_index()
-        pivot = own[["gap", "true_gap", "peak_fall", "simulated", "real", "on", "path", "failed"]].unstack("noise")
+        pivot = own[["gap", "true_gap", "peak_fall", "simulated", "real", "on", "path", "path_repeat", "failed"]].unstack("noise")
         assert pivot.notna().all().all(), "a condition is missing"
         wide[severity, rule] = pivot
         columns = [(name, of, MARGIN if equivalence else np.nan, values(pivot)) for name, of, equivalence, values in OF_CONDITIONS]
@@ -250,12 +264,19 @@ def judged(runs):
             means = of_noise[["failed", "simulated", "quiet", "real", "last"]].mean()
             paths = of_noise[["path_gap_mm", "path_repeat_mm"]].mean()
             cells.append((severity, rule, noise, len(of_noise), *means, d.mean(), stats.sem(d), *paths))
-    for severity in runs.severity.unique():
-        if {(severity, "undo"), (severity, "slide")} <= wide.keys():
-            undo, slide = wide[severity, "undo"], wide[severity, "slide"]
-            columns = [(name, "", np.nan, values(undo, slide)) for name, values in OF_RULES]
-            table = firm(columns, (undo.failed.sum(axis=1) + slide.failed.sum(axis=1)) == 0)
-            contrasts.append(table.assign(severity=severity, rule="slide - undo"))
+    pairs = []
+    for severity, cell in wide:
+        rule, _, reading = cell.partition(" ")
+        if rule == "slide":
+            pairs.append((severity, cell.replace("slide", "slide - undo"), cell.replace("slide", "undo"), cell, OF_RULES))
+        if reading not in ["", READING]:
+            pairs.append((severity, f"{cell} - {READING}", f"{rule} {READING}", cell, OF_READINGS))
+    for severity, what, first, second, compared in pairs:
+        if (severity, first) in wide:
+            first, second = wide[severity, first], wide[severity, second]
+            columns = [(name, "", np.nan, values(first, second)) for name, values in compared]
+            table = firm(columns, (first.failed.sum(axis=1) + second.failed.sum(axis=1)) == 0)
+            contrasts.append(table.assign(severity=severity, rule=what))
     means = ["failed", "simulated", "quiet", "real", "last", "d", "d_error", "path_gap_mm", "path_repeat_mm"]
     return {
         "contrasts": by_other_criteria(pd.concat(contrasts)).drop(columns="margin").set_index(["severity", "rule", "contrast"]),

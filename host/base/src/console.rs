@@ -229,7 +229,7 @@ pub fn columns(head: &[&str], rows: &[Vec<String>]) -> String {
     let layout: Vec<(usize, bool)> = (0..head.len())
         .map(|column| {
             let longest = cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0);
-            let is_words = cells(column).any(|cell| cell.starts_with(|first: char| !"-+.0123456789".contains(first)));
+            let is_words = cells(column).any(|cell| is_word(cell));
             (longest.max(head[column].chars().count()), is_words || column == 0)
         })
         .collect();
@@ -253,9 +253,24 @@ pub fn columns(head: &[&str], rows: &[Vec<String>]) -> String {
     text
 }
 
+/// Whether a cell is no number: a name, or a hash, which may begin with digits. A number may have a unit after a space.
+fn is_word(cell: &str) -> bool {
+    let is_of_hash = |letter: char| letter.is_ascii_hexdigit() && letter.is_ascii_alphabetic() && letter != 'e';
+    cell.starts_with(|first: char| !"-+.0123456789".contains(first))
+        || cell.split(' ').next().is_some_and(|first| first.len() > 8 && first.contains(is_of_hash))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A hash is aligned as a word whichever digits the first has.
+    #[test]
+    fn hashes_are_words_and_numbers_with_units_are_not() {
+        let table = columns(&["n", "result", "time"], &[["1", "0fbeeec4b682", "9.8 s"].map(str::to_owned).into()]);
+        assert_eq!(table, "n  result         time\n1  0fbeeec4b682  9.8 s\n");
+        assert!(!is_word("-1.25e-10") && !is_word("1000000000") && is_word("none"));
+    }
 
     #[test]
     fn decimals_are_short() {

@@ -1,5 +1,6 @@
-//! The second edition of the study: contrasts of conditions and of collision rules, from the tables of its sweeps, judged as
-//! `studies/preregistration-1995-second.md` says. `studies/recompute.py` does the same with other software.
+//! The second and the third edition of the study: contrasts of conditions, of collision rules and of readings of equation 1, from the
+//! tables of their sweeps, judged as `studies/preregistration-1995-second.md` and `-third.md` say. `studies/recompute.py` does the same
+//! with other software.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -72,7 +73,7 @@ impl Run {
 type Trio = [Run; 3];
 /// A robot and a seed of it.
 type Key = (String, u64);
-/// The runs of one collision rule at one severity.
+/// The runs of one collision rule, and one reading of equation 1, at one severity.
 type Runs = BTreeMap<Key, Trio>;
 
 /// The same while some conditions may be missing.
@@ -81,7 +82,7 @@ type Known = BTreeMap<Key, [Option<Run>; 3]>;
 /// A figure of each run number of each robot.
 type Contrast<T> = contrasts::Contrast<fn(&T) -> f64>;
 
-/// The contrasts of conditions, a family for each rule and severity.
+/// The contrasts of conditions, a family for each rule, reading and severity.
 static OF_CONDITIONS: [Contrast<Trio>; 16] = [
     above("gap sensor - none", &["C3", "C4"], |[none, sensor, _]| {
         sensor.gap() - none.gap()
@@ -129,7 +130,7 @@ static OF_CONDITIONS: [Contrast<Trio>; 16] = [
     }),
 ];
 
-/// The contrasts of the rules undo and slide, a family for each severity.
+/// The contrasts of the rules undo and slide, a family for each reading and severity.
 static OF_RULES: [Contrast<[Trio; 2]>; 6] = [
     above("failed none", &[], |[undo, slide]| undo[0].failed() - slide[0].failed()),
     above("failed sensor", &[], |[undo, slide]| {
@@ -139,17 +140,38 @@ static OF_RULES: [Contrast<[Trio; 2]>; 6] = [
         undo[2].failed() - slide[2].failed()
     }),
     above("true gap none - conservative", &[], |pair| {
-        of_slide(pair, OF_CONDITIONS[3].of)
+        of_second(pair, OF_CONDITIONS[3].of)
     }),
-    above("gap sensor - none", &[], |pair| of_slide(pair, OF_CONDITIONS[0].of)),
+    above("gap sensor - none", &[], |pair| of_second(pair, OF_CONDITIONS[0].of)),
     above("gap none - conservative", &[], |pair| {
-        of_slide(pair, OF_CONDITIONS[1].of)
+        of_second(pair, OF_CONDITIONS[1].of)
     }),
 ];
 
-/// How much larger a figure is where bodies slide than where moves are undone.
-fn of_slide([undo, slide]: &[Trio; 2], of: fn(&Trio) -> f64) -> f64 {
-    of(slide) - of(undo)
+/// The reading of equation 1 that both earlier editions have, with which others are compared.
+const READING: &str = "unsigned root";
+
+/// The contrasts of a reading of equation 1 and [`READING`], a family for each rule and severity.
+static OF_READINGS: [Contrast<[Trio; 2]>; 6] = [
+    above("gap none", &[], |pair| of_second(pair, |[none, ..]| none.gap())),
+    above("gap conservative", &[], |pair| of_second(pair, OF_CONDITIONS[2].of)),
+    above("gap sensor - none", &[], |pair| of_second(pair, OF_CONDITIONS[0].of)),
+    above("gap none - conservative", &[], |pair| {
+        of_second(pair, OF_CONDITIONS[1].of)
+    }),
+    above("real conservative - none", &[], |pair| {
+        of_second(pair, OF_CONDITIONS[7].of)
+    }),
+    above("path repeat none - conservative", &[], |pair| {
+        of_second(pair, |[none, _, conservative]| {
+            none.path_repeat - conservative.path_repeat
+        })
+    }),
+];
+
+/// How much larger a figure is in the second of two cells, such as where bodies slide.
+fn of_second([first, second]: &[Trio; 2], of: fn(&Trio) -> f64) -> f64 {
+    of(second) - of(first)
 }
 
 /// Which runs a family is judged by.
@@ -226,11 +248,12 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
         ),
         Column::text(
             "rule",
-            "the simulator's collision rule, or `slide - undo` for what the rule changes",
+            "the simulator's collision rule, with the reading of equation 1 (its V and its DV) if the sweep varies it; of two, what the second \
+             changes: `slide - undo`, or `signed square - unsigned root`",
         ),
         Column::text(
             "contrast",
-            "what is compared, see studies/preregistration-1995-second.md",
+            "what is compared, see studies/preregistration-1995-second.md and -third.md",
         ),
         Column::text("claims", "the claims that it belongs to"),
     ];
@@ -261,7 +284,10 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
 });
 
 const SEVERITY: Column = Column::text("severity", "the severity of reality");
-const RULE: Column = Column::text("rule", "the simulator's collision rule");
+const RULE: Column = Column::text(
+    "rule",
+    "the simulator's collision rule, with the reading of equation 1 (its V and its DV) if the sweep varies it",
+);
 
 static CLAIM_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| [&[SEVERITY, RULE][..], &contrasts::CLAIM].concat());
 
@@ -371,21 +397,34 @@ impl Tables {
         }
         let severities: BTreeSet<&String> = all.keys().map(|(severity, _)| severity).collect();
         for severity in severities {
-            let of_rule = |rule: &str| all.get(&(severity.clone(), rule.to_owned()));
-            let (Some(undo), Some(slide)) = (of_rule("undo"), of_rule("slide")) else {
-                continue;
+            let of_cell = |rule: &str| all.get(&(severity.clone(), rule.to_owned()));
+            let mut compared = |what: &str, [first, second]: [&str; 2], contrasts_of: &[Contrast<[Trio; 2]>]| {
+                let (Some(first), Some(second)) = (of_cell(first), of_cell(second)) else {
+                    return Ok::<_, Undefined>(());
+                };
+                let pairs = first
+                    .iter()
+                    .filter_map(|(key, first)| Some((key.clone(), [*first, *second.get(key)?])));
+                let has_failed = |pair: &[Trio; 2]| pair.iter().flatten().any(|run| run.failed() > 0.0);
+                let what = [severity, what];
+                rows(what, &pairs.collect(), contrasts_of, has_failed, &mut contrasts).map(drop)
             };
-            let pairs = undo
-                .iter()
-                .filter_map(|(key, undo)| Some((key.clone(), [*undo, *slide.get(key)?])));
-            let has_failed = |pair: &[Trio; 2]| pair.iter().flatten().any(|run| run.failed() > 0.0);
-            rows(
-                [severity, "slide - undo"],
-                &pairs.collect(),
-                &OF_RULES,
-                has_failed,
-                &mut contrasts,
-            )?;
+            let cells: Vec<&str> = all
+                .keys()
+                .filter(|(own, _)| own == severity)
+                .map(|(_, cell)| cell.as_str())
+                .collect();
+            for slide in cells.iter().filter(|cell| cell.starts_with("slide")) {
+                let undo = slide.replacen("slide", "undo", 1);
+                let what = slide.replacen("slide", "slide - undo", 1);
+                compared(&what, [&undo, slide], &OF_RULES)?;
+            }
+            for cell in cells {
+                if let Some((rule, reading)) = cell.split_once(' ').filter(|(_, reading)| *reading != READING) {
+                    let what = format!("{rule} {reading} - {READING}");
+                    compared(&what, [&format!("{rule} {READING}"), cell], &OF_READINGS)?;
+                }
+            }
         }
         Ok(Self {
             contrasts: contrasts::table(&COLUMNS, &contrasts)?,
@@ -481,7 +520,10 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         let run = Run::read(|column| row.number(column, |number| number.is_finite(), "a number"))?;
         let severity = row.cell("reality.severity")?;
         let motion = row.find(MOTION).unwrap_or(severity);
-        let [rule, robot] = [row.cell("robot.collision")?, row.cell("reality.robot")?].map(str::to_owned);
+        let [mut rule, robot] = [row.cell("robot.collision")?, row.cell("reality.robot")?].map(str::to_owned);
+        for reading in ["task.speed", "task.difference"].iter().filter_map(|key| row.find(key)) {
+            rule = [&rule, " ", reading].concat();
+        }
         if row.find("noise.sensor").is_none() && row.find(MOTION).is_some() {
             let severities = [severity, motion].map(str::to_owned);
             let robots = into.pairs.entry((rule, severities)).or_default();
