@@ -792,7 +792,11 @@ fn a_champion_is_the_finalist_with_the_best_mean() {
             })
             .collect();
         let batch = Batch::new(&worlds, &rollouts, None).unwrap();
-        Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new()).unwrap().fitness
+        Cpu::new(Some(1))
+            .unwrap()
+            .evaluate(&batch, &Control::new())
+            .unwrap()
+            .fitness
     };
     let lives = episodes(&genomes, 1 << 32);
     let mean = |lives: &[f32]| lives.iter().map(|life| f64::from(*life)).sum::<f64>() / lives.len() as f64;
@@ -822,7 +826,10 @@ fn a_champion_is_the_finalist_with_the_best_mean() {
     );
 
     let checked: Value = serde_json::from_str(&place.good(&["check", "small.toml", "--json"])).unwrap();
-    assert_eq!(checked["robot_steps"].as_u64(), Some((20 * 5 * 2 + 21 * LIVES + LIVES) * 300));
+    assert_eq!(
+        checked["robot_steps"].as_u64(),
+        Some((20 * 5 * 2 + 21 * LIVES + LIVES) * 300)
+    );
     let shown = place.good(&["resume", "runs/run-2"]);
     assert!(
         shown.contains("of 100 new episodes (95 %: ") && shown.contains("luckiest  fitness"),

@@ -257,7 +257,10 @@ pub fn columns(head: &[&str], rows: &[Vec<String>]) -> String {
 fn is_word(cell: &str) -> bool {
     let is_of_hash = |letter: char| letter.is_ascii_hexdigit() && letter.is_ascii_alphabetic() && letter != 'e';
     cell.starts_with(|first: char| !"-+.0123456789".contains(first))
-        || cell.split(' ').next().is_some_and(|first| first.len() > 8 && first.contains(is_of_hash))
+        || cell
+            .split(' ')
+            .next()
+            .is_some_and(|first| first.len() > 8 && first.contains(is_of_hash))
 }
 
 #[cfg(test)]
@@ -267,7 +270,10 @@ mod tests {
     /// A hash is aligned as a word whichever digits the first has.
     #[test]
     fn hashes_are_words_and_numbers_with_units_are_not() {
-        let table = columns(&["n", "result", "time"], &[["1", "0fbeeec4b682", "9.8 s"].map(str::to_owned).into()]);
+        let table = columns(
+            &["n", "result", "time"],
+            &[["1", "0fbeeec4b682", "9.8 s"].map(str::to_owned).into()],
+        );
         assert_eq!(table, "n  result         time\n1  0fbeeec4b682  9.8 s\n");
         assert!(!is_word("-1.25e-10") && !is_word("1000000000") && is_word("none"));
     }

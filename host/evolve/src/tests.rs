@@ -572,8 +572,14 @@ fn open_ended_optimisers_go_on_for_more_generations() {
 fn the_default_number_of_parents_divides_the_population() {
     for population in 1..500 {
         let parents = Settings::parents_of(population);
-        assert!(parents >= 1 && population.is_multiple_of(parents), "{population}: {parents}");
-        assert!(!population.is_multiple_of(20) || parents == 20, "{population}: {parents}");
+        assert!(
+            parents >= 1 && population.is_multiple_of(parents),
+            "{population}: {parents}"
+        );
+        assert!(
+            !population.is_multiple_of(20) || parents == 20,
+            "{population}: {parents}"
+        );
     }
     assert_eq!([10, 50, 30, 7, 64].map(Settings::parents_of), [2, 10, 6, 1, 8]);
 }

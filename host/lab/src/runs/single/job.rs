@@ -177,7 +177,8 @@ impl Evolving {
         self.is_exhibited = is_exhibited;
         self.finalists = self.chosen_finalists()?;
         let lives = self.single.experiment.settings().finalists.lives as usize;
-        let is_other = |fitness: &[f32], individuals: usize| !fitness.is_empty() && fitness.len() != individuals * lives;
+        let is_other =
+            |fitness: &[f32], individuals: usize| !fitness.is_empty() && fitness.len() != individuals * lives;
         if is_other(&appraised, self.finalists.len()) || is_other(&tested, 1) {
             return Err(Failure::corrupt("a saved run has other finalists"));
         }
@@ -529,7 +530,9 @@ impl Job for Evolving {
         let reality = &self.places.reality[..];
         let lived = match purpose {
             Purpose::Generation => self.place_of(self.evolution.generation()),
-            Purpose::Exhibition | Purpose::Finalists | Purpose::Test | Purpose::Trace => self.place_of(self.evolution.generation() - 1),
+            Purpose::Exhibition | Purpose::Finalists | Purpose::Test | Purpose::Trace => {
+                self.place_of(self.evolution.generation() - 1)
+            }
             Purpose::Simulated => std::slice::from_ref(&self.places.simulator),
             Purpose::Real => reality,
             Purpose::Compared(elsewhere) => {

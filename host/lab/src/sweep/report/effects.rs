@@ -87,11 +87,14 @@ pub(super) struct OmnibusTest {
 }
 
 impl Effects {
-    /// Compares groups of all factors, and cells in order of rank.
+    /// Compares groups of all factors that are [not tested as another](Runs::tested_as), and cells in order of rank.
     pub(super) fn of(runs: &Runs, samples: &[Vec<Sample>], cells: &Cells<'_>) -> Self {
         let mut factors: Vec<FactorEffect> = Vec::new();
         let mut levels = Family::default();
         for (factor, samples) in samples.iter().enumerate().filter(|(_, samples)| samples.len() > 1) {
+            if runs.tested_as(factor).is_some() {
+                continue;
+            }
             factors.push(explained(factor, samples));
             let mut tested = levels.tested(samples.iter().enumerate());
             if tested.len() <= FEW {

@@ -105,12 +105,13 @@ pub(super) fn overview(tables: &Tables<'_>, runs: &Runs, samples: &[Vec<Sample>]
                 breakable(&factor.name)
             )),
             Cell::name(best.map_or(NONE, |best| &factor.groups[best.group].label)),
-            Cell::text(match best.and_then(|best| best.place) {
-                Some(Place::Inside) => "inside",
-                Some(Place::LowEnd) => "lower end",
-                Some(Place::HighEnd) => "upper end",
-                None => NONE,
-            }),
+            match (runs.tested_as(place), best.and_then(|best| best.place)) {
+                (Some(first), _) => Cell::text(&format!("changes with {}", runs.factors[first].name)),
+                (None, Some(Place::Inside)) => Cell::text("inside"),
+                (None, Some(Place::LowEnd)) => Cell::text("lower end"),
+                (None, Some(Place::HighEnd)) => Cell::text("upper end"),
+                (None, None) => Cell::text(NONE),
+            },
         ];
         cells.extend(explained(effect).map(Cell::number));
         cells.into()
@@ -203,7 +204,13 @@ pub(super) fn one_by_one(
                 "<div class=\"together\">\n<h3 id=\"{}\">{}</h3>\n{}{}</div>\n{}",
                 anchor(place),
                 escaped(&factor.name),
-                verdict(factor, samples, place, effects),
+                runs.tested_as(place).map_or_else(
+                    || verdict(factor, samples, place, effects),
+                    |first| {
+                        let first = &runs.factors[first].name;
+                        paragraph(&format!("It changes only together with {first}, which has the tests."))
+                    }
+                ),
                 pictures::picture(tables, runs, curves, samples, place),
                 numbers(tables, factor, samples, place),
             )

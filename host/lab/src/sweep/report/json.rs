@@ -60,6 +60,7 @@ fn factor(runs: &Runs, place: usize, samples: &[Sample], effects: &Effects) -> V
             Kind::Ranges => "ranges",
             Kind::Words => "words",
         },
+        "tested_as": runs.tested_as(place).map(|first| &runs.factors[first].name),
         "levels": factor.levels.len(),
         "binned": factor.is_binned(),
         "groups": groups.collect::<Vec<_>>(),

@@ -112,6 +112,20 @@ impl Runs {
         self.factors[factor].group(run.levels[factor])
     }
 
+    /// The first factor with which this one always changes, as the keys of a sweep's `[[list]]` do: what they do can't be told apart, so
+    /// that only that one is tested.
+    pub(super) fn tested_as(&self, factor: usize) -> Option<usize> {
+        let groups = |of: usize| self.factors[of].groups.len();
+        (0..factor).find(|&first| {
+            let pairs = self
+                .all
+                .iter()
+                .map(|run| (self.group(run, first), self.group(run, factor)));
+            let pairs = pairs.collect::<BTreeSet<_>>().len();
+            pairs == groups(first) && pairs == groups(factor)
+        })
+    }
+
     /// Texts of a run's or a cell's levels.
     pub(super) fn texts<'a>(&'a self, levels: &'a [u32]) -> impl Iterator<Item = &'a str> {
         let levels = self.factors.iter().zip(levels);

@@ -148,6 +148,45 @@ fn one(name: &str, seeds: u32) -> Example {
     Example::new(name, &["parents"], &runs)
 }
 
+/// Keys that change together, as in a sweep's list, are tested once: the correction has no more tests than there are questions.
+#[test]
+fn keys_of_a_list_are_one_factor() {
+    let mut runs = Vec::new();
+    for (population, generations) in [("20", "200"), ("100", "40"), ("400", "10")] {
+        for noise_of in ["0.1", "0.2"] {
+            for seed in 1..=4 {
+                let outcome = f64::from(noise(runs.len() as u32));
+                runs.push((one_of([population, noise_of, generations]).into(), seed, outcome));
+            }
+        }
+    }
+    let names = ["population", "noise", "generations"];
+    let report = Example::new("list", &names, &runs).report();
+    let effects = rows(&report.effects_csv);
+    let of = |factor: &str| {
+        effects
+            .iter()
+            .filter(|row| row["factor"] == factor && row["family"] == "levels")
+            .count()
+    };
+    assert_eq!([of("population"), of("noise"), of("generations")], [3, 1, 0]);
+    let html = &report.html;
+    assert!(html.contains("changes with population") && html.contains("It changes only together with population"));
+    // What is drawn at random changes in each run, and yet not together.
+    let drawn = |run: u32, by: u32| format!("{:.3}", f64::from(by * run * run % 101) / 101.0);
+    let runs: Vec<_> = (0..40)
+        .map(|run| {
+            (
+                vec![drawn(run, 7), drawn(run, 13)],
+                u64::from(run),
+                f64::from(noise(run)),
+            )
+        })
+        .collect();
+    let report = Example::new("drawn", &["a", "b"], &runs).report();
+    assert!(!report.html.contains("changes with"));
+}
+
 /// Fifty levels drawn at random, one run each.
 fn random(name: &str) -> Example {
     let run = |run: u32| {
