@@ -39,7 +39,17 @@ impl Mistake<'_> {
             .or_else(|| self.redefined())
             .or_else(|| self.argument())
             .or_else(|| self.misused())
+            .or_else(|| self.computed())
             .unwrap_or_else(|| self.plain())
+    }
+
+    /// What can't be computed of constants. Naga announces a message here that it does not give.
+    fn computed(&self) -> Option<String> {
+        let what = self.message.strip_suffix(" (see msg)")?;
+        let what = what.replace("built-in function argument is out of valid range", "has no value there");
+        let what = what.replace("RHS of shift operation is greater than or equal to 32", "a shift by 32 bits or more has no value");
+        let what = what.replace("Divide operation overflowed", "a division by 0 has no value");
+        Some(format!("this is computed of constants, before the kernel runs: {what}"))
     }
 
     /// Naga's message, without what it says twice.

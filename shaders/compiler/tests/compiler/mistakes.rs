@@ -174,6 +174,18 @@ fn habits_from_other_languages_are_answered() {
             "in `made`: a constant number of bits to shift by is at most 31",
         ),
         (
+            "let y = sqrt(-1.0);",
+            "this is computed of constants, before the kernel runs: sqrt has no value there",
+        ),
+        (
+            "let y = 1.0 / 0.0;",
+            "this is computed of constants, before the kernel runs: a division by 0 has no value",
+        ),
+        (
+            "let y = 1u << 40u;",
+            "this is computed of constants, before the kernel runs: a shift by 32 bits or more has no value",
+        ),
+        (
             "var i = 0u; while (i < n) { i++; }",
             "give it a maximum, such as 40: `for (var i = 0u; i < 40u && (i < n); i++) { .. }`",
         ),
