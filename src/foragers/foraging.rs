@@ -206,7 +206,7 @@ pub fn parameters<T: AsForaging>() -> Vec<Parameter<T>> {
             "Phototaxis turns by this many rad/s for each rad between heading and light.", |spec, _| Some(&mut spec.as_foraging()?.phototaxis_gain)),
         row("robot.phototaxis_turn_rad_s", "rad/s", Number(0.0, 30.0), "ours",
             "Maximum speed of its turns.", |spec, _| Some(&mut spec.as_foraging()?.phototaxis_turn)),
-        row("robot.phototaxis_threshold", "", Number(0.0, 1.0), "ours: it always acts, \"can be over-riden\" in O'Dowd et al. 2014, section 4.4; a factor of the study's second edition",
+        row("robot.phototaxis_threshold", "", Number(0.0, 1.0), "ours: 0, it always acts; of swarms what darkness never reaches: \"random movement behaviour in the absence of a light source\" in O'Dowd et al. 2014, section 5.6; arms",
             "Phototaxis acts if the brightest light sensor reads at least this, from 0 to 1; else the robot searches at random.", |spec, _| Some(&mut spec.as_foraging()?.phototaxis_threshold)),
         row("robot.near_mm", "mm", Number(0.0, SIGHT.into()), "ours",
             "A robot turns away from what is nearer than this.", |spec, _| Some(&mut spec.as_foraging()?.near)),

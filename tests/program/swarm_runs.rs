@@ -195,7 +195,7 @@ fn invalid_values_are_refused_by_key() {
             "swarm.arena.food_items: is 65; allowed: 0 to 64",
         ),
         (
-            "swarm.arena={food_scales='with_area', radius_mm=2000.0}",
+            "swarm.arena.food_scales=with_area swarm.arena.radius_mm=2000.0",
             "swarm.arena.food_scales: makes 78 items of food; allowed: at most 64, with fewer swarm.arena.food_items",
         ),
         ("swarm.messages.heard=2", "swarm.messages.heard: is 2; allowed: 0 to 1"),

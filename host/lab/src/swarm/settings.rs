@@ -40,7 +40,7 @@ impl Default for Settings {
             case: Case::Over,
             minutes: 50,
             light_moves_minute: 25,
-            world: Swarm::odowd2014(ROBOTS),
+            world: world(),
             food_scales: FoodScales::Never,
             controllers: Controllers {
                 population: 10,
@@ -70,6 +70,14 @@ impl Default for Settings {
 
 /// Robots of the paper's swarm.
 const ROBOTS: u32 = 10;
+
+/// The paper's swarm. Section 5.6 of the paper has "random movement behaviour in the absence of a light source": its robots seek and
+/// flee only a light that they see, the least that ambient light and noise never reach.
+fn world() -> Swarm {
+    let mut world = Swarm::odowd2014(ROBOTS);
+    world.forager.phototaxis_threshold = 0.16;
+    world
+}
 
 /// What the number of items grows with, from that of the paper's robots and arena.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -317,7 +325,7 @@ impl Settings {
             FoodScales::Never => items,
             FoodScales::WithRobots => (items * self.world.robots + ROBOTS / 2) / ROBOTS,
             FoodScales::WithArea => {
-                let usual = Swarm::odowd2014(ROBOTS).forager.arena_radius;
+                let usual = world().forager.arena_radius;
                 let times = f64::from(self.world.forager.arena_radius) / f64::from(usual);
                 (f64::from(items) * times * times + 0.5) as u32
             }
