@@ -301,8 +301,8 @@ mod tests {
         assert_eq!(
             wrapped(&["claim", "verdict", "reason"], &rows),
             "claim  verdict    reason\n\
-             D1     undecided  2, lagged: undecided: the 95 % interval of the difference in the rate of a light over\n                  \
-             the nest and at random spans 0; 5 more\n\
+             D1     undecided  2, lagged: undecided: the 95 % interval of the difference in the rate of a light\n                  \
+             over the nest and at random spans 0; 5 more\n\
              D12    holds\n"
         );
     }

@@ -123,11 +123,12 @@ fn full(runs: u32) -> Results {
 
 fn claims() -> Vec<Claim> {
     let table = Table::of(ODOWD2014_CLAIMS);
+    let question = |id: &str| table.claims.iter().find(|claim| claim.id() == id).unwrap().question();
     let claim = |number: u32| Claim {
         source: "section 5".into(),
         unit: "runs".into(),
         id: format!("D{number}"),
-        question: table.claims[number as usize - 1].question().into(),
+        question: question(&format!("D{number}")).into(),
         statement: format!("What the paper says <{number}> of S0 & its robots."),
         criterion: "The fraction of the right third is above the null's.".into(),
         verdict: match number % 4 {
