@@ -44,6 +44,35 @@ macro_rules! episode {
     };
 }
 
+/// A forager in its on-board simulator, with the food of one part.
+macro_rules! forager {
+    ($name:literal, $food:literal) => {
+        Entry {
+            name: $name,
+            module: $name,
+            parts: &[
+                "lib/numerics",
+                "lib/random",
+                "lib/batch",
+                "lib/episode",
+                "lib/genes",
+                "lib/forager",
+                "lib/circle",
+                "lib/food",
+                "lib/food_eight",
+                $food,
+                "sensor/epuck",
+                "robot/epuck_alone",
+                "robot/epuck",
+                "controller/behaviours",
+                "task/foraging",
+                "physics/foraging",
+                "episode",
+            ],
+        }
+    };
+}
+
 /// The catalogue of kernels: one part a slot (robot, sensor, physics, controller, task).
 pub(crate) const CATALOGUE: &[Entry] = &[
     episode!(
@@ -64,27 +93,8 @@ pub(crate) const CATALOGUE: &[Entry] = &[
         ["controller/memoryless", "controller/hidden"]
     ),
     episode!("surrogate_recurrent", surrogate, ["controller/recurrent"]),
-    Entry {
-        name: "forager",
-        module: "forager",
-        parts: &[
-            "lib/numerics",
-            "lib/random",
-            "lib/batch",
-            "lib/episode",
-            "lib/genes",
-            "lib/forager",
-            "lib/circle",
-            "lib/food",
-            "sensor/epuck",
-            "robot/epuck_alone",
-            "robot/epuck",
-            "controller/behaviours",
-            "task/foraging",
-            "physics/foraging",
-            "episode",
-        ],
-    },
+    forager!("forager", "lib/food_few"),
+    forager!("forager_many", "lib/food_many"),
     Entry {
         name: "swarm",
         module: "swarm",

@@ -166,6 +166,9 @@ impl Worlds {
         };
         let kernel = first.kernel();
         for (index, world) in worlds.iter().enumerate() {
+            world
+                .check()
+                .map_err(|invalid| Invalid::new(format!("worlds[{index}].{}", invalid.field), invalid.problem))?;
             if world.kernel().name != kernel.name {
                 let problem = format!(
                     "is {}, but the first world's is {}; allowed: one kernel per batch",
@@ -174,9 +177,6 @@ impl Worlds {
                 );
                 return Err(Invalid::new(format!("worlds[{index}].kernel"), problem));
             }
-            world
-                .check()
-                .map_err(|invalid| Invalid::new(format!("worlds[{index}].{}", invalid.field), invalid.problem))?;
         }
         let packed = Packed::new(worlds);
         let mut facts: Vec<Facts> = Vec::new();

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # recompute.sh: studies/recompute.py judges small sweeps of both studies' second editions as the program does, and notices a
-# verdict and a figure that are not the program's; studies/noise.py and studies/recordings.py print the tables that
+# verdict and a figure that are not the program's; studies/foragers.py computes foraging runs again from their files;
+# studies/noise.py and studies/recordings.py print the tables that
 # studies/miglino1995/README.md has. Skipped if there is no Python, or its packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -171,5 +172,31 @@ for outcome in holds undecided opposed; do
     grep -q "$outcome" "$scratch/judged-2014/contrasts.csv" || fail "no contrast of 2014 has the outcome $outcome"
 done
 same "$scratch/judged-2014" "$scratch/random" "$scratch/scale-0.2" || fail "it judges the 2014 study otherwise than the program"
+
+say "foraging runs from their files"
+# foraging NAME SETTING..: a run of five minutes, computed again.
+foraging() {
+    local settings=()
+    for setting in "${@:2}"; do settings+=(--set "$setting"); done
+    oneiro run experiments/odowd2014-over.toml --seed 2 --out "$scratch/foraging-$1" --set swarm.minutes=5 "${settings[@]}" --quiet >/dev/null
+    "$python" studies/foragers.py "$scratch/foraging-$1"
+}
+foraging lagged | tee "$scratch/foraging" || fail "a foraging run differs from its files"
+for what in "F_R by equation 1" "controller that stays" "range of a gene" "fitness of a pair by equation 1" "whose simulator goes on"; do
+    grep -q "^$what: 0 of [1-9][0-9]" "$scratch/foraging" || fail "little was compared: $what"
+done
+foraging matched swarm.simulators.credit=matched || fail "matched credit is computed otherwise"
+foraging early swarm.clock.installed_s=34 swarm.controllers.guests=2 || fail "early controllers and guests are computed otherwise"
+foraging random swarm.case=random || fail "food of Random Movement is computed otherwise"
+foraging crowd swarm.robots=40 swarm.arena.food_scales=with_robots || fail "a crowd is computed otherwise"
+# One deposit less, another genome, another fitness in simulation, a pair that says more than its sender had, and another's simulator.
+cp -r "$scratch/foraging-lagged" "$scratch/foraging-changed"
+for change in 'deposits 2d' 'controllers 45s/,0\.[0-9]*,/,0.123,/' 'controllers 45s/,[0-9.]*,\([0-9]\)$/,999,\1/' 'pairs 2s/,[0-9.]*\(,[0-9.]*,[0-9.]*\)$/,59\1/' \
+    'intervals 2s/,0$/,x/; 2s/,1$/,0/; 2s/,x$/,1/'; do
+    table=${change%% *}
+    sed "${change#* }" "$scratch/foraging-lagged/$table.csv" >"$scratch/foraging-changed/$table.csv"
+    ! "$python" studies/foragers.py "$scratch/foraging-changed" >"$scratch/printed" || fail "CONTROL: not noticed in $table.csv: ${change#* }"
+    cp "$scratch/foraging-lagged/$table.csv" "$scratch/foraging-changed/$table.csv"
+done
 
 say "all is well"

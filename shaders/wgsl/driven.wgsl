@@ -1,6 +1,6 @@
 // Swarms driven from outside, cycle by cycle: this part's declarations replace the same names in
 // `swarm` and `controller/behaviours`. The robots' next readings are kept after the words of all
-// robots. Step 0 begins a world, and step N is its cycle N - 1.
+// items. Step 0 begins a world, and step N is its cycle N - 1.
 
 // Where an order has a robot's drive, counted from its first gene, which is below 0 if the robot is not switched on.
 const DRIVE_FORWARD: u32 = ORDER_AFTER - ORDER_BEFORE;
@@ -42,7 +42,7 @@ fn perceive(episode: Episode, base: u32, step: u32) {
         let robot_words = robot_at(base, robot);
         let pose = vec3<f32>(number(robot_words, X), number(robot_words, Y), number(robot_words, HEADING));
         let me = among(robot_episode(episode, robot_words), base, robot, pose);
-        let at = robot_at(base, count) + robot * READINGS * LANES;
+        let at = food_at(base, episode.world, items(episode.world)) + robot * READINGS * LANES;
         put_four(at, NEAR_READINGS, near(me, step, pose));
         put_four(at, LIGHT_READINGS, light(me, step, 0u, pose));
         put_four(at, LIGHT_READINGS + 4u, light(me, step, 1u, pose));

@@ -53,9 +53,11 @@ fn line(world: u32, base: u32, at: u32) {
         }
         state[robot_words + BROUGHT * LANES] = 0u;
     }
-    for (var item = 0u; item < GREATEST_ITEMS; item++) {
-        trace[place] = word(base, ITEM_X + item);
-        trace[place + LANES] = word(base, ITEM_Y + item);
-        place += ITEM_WORDS * LANES;
+    let food = items(world);
+    for (var item = 0u; item < food; item++) {
+        let item_words = food_at(base, world, item);
+        trace[place] = word(item_words, ITEM_X);
+        trace[place + LANES] = word(item_words, ITEM_Y);
+        place += LINE_ITEM_WORDS * LANES;
     }
 }

@@ -38,6 +38,9 @@ pub const READINGS: [&str; 13] = [
     "carries",
 ];
 
+/// Most items of food in an arena.
+pub const GREATEST_ITEMS: u32 = forager::GREATEST_ITEMS;
+
 /// Genes of a forager: `G0` and `G1`.
 pub const GENES: usize = forager::FORAGER_GENES as usize;
 
@@ -116,7 +119,7 @@ pub struct Foraging {
     pub arena_radius: f32,
     /// Radius of the nest, whose centre is on the wall.
     pub nest_radius: f32,
-    /// Number of food items in the arena at all times.
+    /// Number of food items in the arena at all times, up to [`GREATEST_ITEMS`].
     pub food_items: u32,
     /// Distance from its centre within which a robot takes an item.
     pub food_radius: f32,
@@ -175,7 +178,7 @@ pub fn parameters<T: AsForaging>() -> Vec<Parameter<T>> {
             "Radius of the arena.", |spec, _| Some(&mut spec.as_foraging()?.arena_radius)),
         row("arena.nest_radius_mm", "mm", NumberUpTo(10.0, 1.0, "arena.radius_mm"), "O'Dowd et al. 2014, section 4.5; its centre on the wall is ours",
             "Radius of the nest, whose centre is on the wall.", |spec, _| Some(&mut spec.as_foraging()?.nest_radius)),
-        row("arena.food_items", "", Whole(0, forager::GREATEST_ITEMS.into()), "O'Dowd et al. 2014, section 4.5",
+        row("arena.food_items", "", Whole(0, GREATEST_ITEMS.into()), "O'Dowd et al. 2014, section 4.5",
             "Items of food in the arena at all times.", |spec, _| Some(&mut spec.as_foraging()?.food_items)),
         row("arena.food_radius_mm", "mm", NumberUpTo(1.0, 1.0, "arena.radius_mm"), "ours: no size in O'Dowd et al. 2014, section 4.5",
             "Distance from a robot's centre at which it takes an item.", |spec, _| Some(&mut spec.as_foraging()?.food_radius)),
@@ -203,7 +206,7 @@ pub fn parameters<T: AsForaging>() -> Vec<Parameter<T>> {
             "Phototaxis turns by this many rad/s for each rad between heading and light.", |spec, _| Some(&mut spec.as_foraging()?.phototaxis_gain)),
         row("robot.phototaxis_turn_rad_s", "rad/s", Number(0.0, 30.0), "ours",
             "Maximum speed of its turns.", |spec, _| Some(&mut spec.as_foraging()?.phototaxis_turn)),
-        row("robot.phototaxis_threshold", "", Number(0.0, 1.0), "ours: it always acts, \"can be over-riden\" in O'Dowd et al. 2014, section 4.4; a factor of the study's second edition",
+        row("robot.phototaxis_threshold", "", Number(0.0, 1.0), "ours: 0, it always acts; of swarms what darkness never reaches: \"random movement behaviour in the absence of a light source\" in O'Dowd et al. 2014, section 5.6; arms",
             "Phototaxis acts if the brightest light sensor reads at least this, from 0 to 1; else the robot searches at random.", |spec, _| Some(&mut spec.as_foraging()?.phototaxis_threshold)),
         row("robot.near_mm", "mm", Number(0.0, SIGHT.into()), "ours",
             "A robot turns away from what is nearer than this.", |spec, _| Some(&mut spec.as_foraging()?.near)),
@@ -298,6 +301,11 @@ impl Foraging {
             start: None,
             cycles: 600,
         }
+    }
+
+    /// Whether its items need the kernel with more room for food.
+    pub(crate) fn has_many_items(&self) -> bool {
+        self.food_items > forager::FOOD_ROOM
     }
 
     /// The world in the kernel's form, before its cells have a position.
@@ -447,7 +455,11 @@ impl WorldKind for Foraging {
     }
 
     fn kernel(&self) -> &'static Kernel {
-        &oneiro_shaders::FORAGER
+        if self.has_many_items() {
+            &oneiro_shaders::FORAGER_MANY
+        } else {
+            &oneiro_shaders::FORAGER
+        }
     }
 
     fn genes(&self) -> usize {

@@ -32,9 +32,6 @@ pub const GREATEST_ROBOTS: u32 = kernel::GREATEST_ROBOTS;
 /// Cycles per second.
 pub const SECOND: u32 = kernel::SECOND;
 
-/// Words of all food items in a line of the trace.
-const FOOD_WORDS: u32 = kernel::ITEM_WORDS * kernel::GREATEST_ITEMS;
-
 /// Differences between the arena and the on-board simulator. Each is off at 0 or false; all are our own choice.
 ///
 /// In addition, robots in the arena have bodies. A proximity sensor sees another robot whose centre is in front of it
@@ -234,6 +231,11 @@ impl Swarm {
         kernel::LINE_WORDS + self.robots.div_ceil(u32::BITS)
     }
 
+    /// Words of all food items in a line of the trace.
+    fn food_words(&self) -> u32 {
+        kernel::LINE_ITEM_WORDS * self.forager.food_items
+    }
+
     /// Packs the lamp and orders into the kernel's genes of a world's episode.
     pub fn inputs(&self, lamp: &Lamp, orders: &[Order]) -> Vec<f32> {
         let words = kernel::ORDERS as usize + kernel::ORDER_WORDS as usize * orders.len();
@@ -277,7 +279,7 @@ impl Swarm {
                             .fold(0, |mask, &word| mask << u32::BITS | u128::from(word)),
                     }
                 };
-                let food = &line[robots * robot_words..][..FOOD_WORDS as usize];
+                let food = &line[robots * robot_words..][..self.food_words() as usize];
                 Line {
                     robots: line[..robots * robot_words]
                         .chunks_exact(robot_words)
@@ -287,7 +289,6 @@ impl Swarm {
                         .as_chunks::<2>()
                         .0
                         .iter()
-                        .take(self.forager.food_items as usize)
                         .map(|place| place.map(f32::from_bits))
                         .collect(),
                 }
@@ -330,11 +331,11 @@ impl WorldKind for Swarm {
     }
 
     fn state_words(&self) -> u32 {
-        kernel::WORLD_WORDS + kernel::ROBOT_WORDS * self.robots
+        kernel::WORLD_WORDS + kernel::ROBOT_WORDS * self.robots + kernel::ITEM_WORDS * self.forager.food_items
     }
 
     fn record_words(&self) -> u32 {
-        self.robots * self.robot_line_words() + FOOD_WORDS
+        self.robots * self.robot_line_words() + self.food_words()
     }
 }
 

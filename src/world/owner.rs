@@ -40,9 +40,10 @@ fn make(spec: &WorldSpec, physics: &Physics, episodes: EpisodeKind) -> Result<Ma
 
     Ok(match physics {
         Physics::Sampled | Physics::Individual(_) => Make::Sampled,
-        Physics::Forager(_) => Make::Forager {
+        Physics::Forager(forager) => Make::Forager {
             behaves: spec.controller == Controller::Behaviours,
             brings: spec.task == Task::Foraging,
+            has_many_items: forager.foraging.has_many_items(),
         },
         Physics::Described(robot, _) => Make::Described(Described {
             text: wgsl::of(robot, spec, episodes == EpisodeKind::Individual)?,

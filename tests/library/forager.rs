@@ -59,7 +59,26 @@ fn all_devices_agree_to_the_last_bit() {
         start: Some([100.0, -50.0, 0.3]),
         ..foragers[0]
     });
-    let batch = batch(&foragers, &genomes(600), 7);
+    agree(&foragers);
+}
+
+/// The same with more food than eight items, which has another kernel.
+#[test]
+fn all_devices_agree_about_many_items() {
+    let food = |food_items| Foraging {
+        food_items,
+        ..Foraging::odowd2014(Light::OverNest)
+    };
+    agree(&[9, 28, 64].map(food));
+    // Each eight of them is found.
+    let mean = |items| lived(&[food(items)], &genomes(6000), 0).fitness.iter().sum::<f32>() / 6000.0;
+    let means = [8, 16, 24, 32, 40, 48, 56, 64].map(mean);
+    println!("mean fitness with 8 to 64 items: {means:?}");
+    assert!(means.is_sorted_by(|few, many| few < many), "{means:?}");
+}
+
+fn agree(foragers: &[Foraging]) {
+    let batch = batch(foragers, &genomes(600), 7);
     let scalar = || Cpu::new(Some(1)).unwrap().with_variant("scalarx1").unwrap();
     let expected = evaluated(&mut scalar(), &batch);
     assert!(expected.fitness.iter().any(|&fitness| fitness > 0.0));
@@ -346,7 +365,7 @@ fn light_over_the_nest_helps() {
 fn invalid_values_are_refused_by_name() {
     let good = Foraging::odowd2014(Light::OverNest);
     for (field, wrong) in [
-        ("arena.food_items", Foraging { food_items: 9, ..good }),
+        ("arena.food_items", Foraging { food_items: 65, ..good }),
         ("cycles", Foraging { cycles: 0, ..good }),
         ("robot.cruise_mm_s", Foraging { cruise: 200.0, ..good }),
         ("robot.near_mm", Foraging { near: f32::NAN, ..good }),

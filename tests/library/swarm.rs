@@ -3,7 +3,7 @@
 use oneiro::batch::{Rollout, Trace, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::foraging::{Details, Foraging, Light};
+use oneiro::foraging::{Details, Foraging, GREATEST_ITEMS, Light};
 use oneiro::random::Key;
 use oneiro::swarm::{Arena, Behaviour, Differences, Lamp, Line, Order, Seen, Simulated, Swarm, World};
 
@@ -61,6 +61,107 @@ fn all_devices_agree_to_the_last_bit() {
         let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
         assert_eq!(lived(&mut gpu, swarm, &worlds, GOOD, 600), expected, "gpu");
     }
+}
+
+/// Swarms of 5 to 40 robots with the paper's food for each, at its density or in its arena, and one with all the food that there can be.
+fn with_food_for_all() -> [Swarm; 5] {
+    let swarm = |robots: u32, radius: f32, food_items: u32| {
+        let swarm = Swarm::odowd2014(robots);
+        let forager = Foraging {
+            arena_radius: radius,
+            food_items,
+            ..swarm.forager
+        };
+        Swarm { forager, ..swarm }
+    };
+    [
+        swarm(5, 424.0, 4),
+        swarm(12, 600.0, 9),
+        swarm(20, 849.0, 14),
+        swarm(40, 1200.0, 28),
+        swarm(40, 600.0, GREATEST_ITEMS),
+    ]
+}
+
+/// The same lives on all devices with more food than eight items, and all of it is taken now and then.
+#[test]
+fn food_for_all_has_the_same_bits_on_all_devices() {
+    let swarms = with_food_for_all();
+    let worlds: Vec<World> = (0..swarms.len())
+        .map(|index| World {
+            swarm: index,
+            lamp: Lamp::fixed(Light::OverNest),
+            key: Key::rollout(3, 0, index as u64, 0),
+        })
+        .collect();
+    let orders: Vec<Vec<Order>> = worlds
+        .iter()
+        .map(|world| vec![Order::always(SEARCH); swarms[world.swarm].robots as usize])
+        .collect();
+    let lived = |evaluator: &mut dyn Evaluator| {
+        let control = Control::new();
+        let mut arena = Simulated::new(evaluator, &control, &swarms, &worlds).unwrap();
+        let first = arena.live(200, &orders, 10).unwrap();
+        let then = arena.live(400, &orders, 10).unwrap();
+        first
+            .into_iter()
+            .zip(then)
+            .map(|(a, b)| [a, b].concat())
+            .collect::<Vec<_>>()
+    };
+    let expected = lived(&mut Cpu::new(Some(1)).unwrap().with_variant("scalarx1").unwrap());
+    let mut counts = [0, 0];
+    for (world, lines) in worlds.iter().zip(&expected) {
+        let items = swarms[world.swarm].forager.food_items as usize;
+        assert!(lines.iter().all(|line| line.food.len() == items));
+        let is_taken = |item: &usize| lines.windows(2).any(|pair| pair[0].food[*item] != pair[1].food[*item]);
+        let taken: Vec<usize> = (0..items).filter(is_taken).collect();
+        counts[0] += taken.len();
+        counts[1] += items;
+        assert!(
+            items < 64 || taken.iter().any(|&item| item > 55),
+            "no item of the last eight was taken"
+        );
+    }
+    let [taken, items] = counts;
+    assert!(3 * taken > items, "{taken} of {items} items were taken in 40 s");
+    for variant in Cpu::variants() {
+        let mut cpu = Cpu::new(Some(2)).unwrap().with_variant(variant).unwrap();
+        assert_eq!(lived(&mut cpu), expected, "{variant}");
+    }
+    #[cfg(feature = "gpu")]
+    {
+        let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
+        assert_eq!(lived(&mut gpu), expected, "gpu");
+    }
+}
+
+/// With food for each robot, robots of a crowd in an arena that grows with it bring as much as the paper's ten; with seven items for
+/// all they bring less.
+#[test]
+fn robots_starve_without_food_for_all() {
+    let rate = |robots: u32, items: u32| {
+        let swarm = Swarm::odowd2014(robots);
+        let forager = Foraging {
+            arena_radius: swarm.forager.arena_radius * (robots as f32 / 10.0).sqrt(),
+            food_items: items,
+            ..swarm.forager
+        };
+        let lines = over_nest(Swarm { forager, ..swarm }, SEARCH, 16, 1800);
+        let brought: u32 = lines
+            .iter()
+            .flatten()
+            .flat_map(|line| &line.robots)
+            .map(|own| own.brought)
+            .sum();
+        f64::from(brought) / f64::from(16 * 3 * robots)
+    };
+    let [few, enough] = [7, 28].map(|items| rate(40, items));
+    println!(
+        "40 robots bring {few:.3} items a robot-minute with 7 items, {enough:.3} with 28; 10 with 7 {:.3}",
+        rate(10, 7)
+    );
+    assert!(enough > 1.5 * few, "{enough}, {few}");
 }
 
 const SEARCH: [f32; 2] = [0.5, 0.5];
@@ -313,7 +414,9 @@ fn the_nearer_of_two_robots_gets_an_item() {
 
 #[test]
 fn food_is_conserved() {
-    for swarm in [Swarm::odowd2014(10), blind(60)] {
+    let mut crowd = Swarm::odowd2014(40);
+    crowd.forager.food_items = 28;
+    for swarm in [Swarm::odowd2014(10), blind(60), crowd] {
         let forager = &swarm.forager;
         let (mut taken, mut brought) = (0, 0);
         for lines in over_nest(swarm, [0.99, 0.5], 4, 900) {
@@ -811,7 +914,7 @@ fn invalid_values_are_refused_by_name() {
     for (field, wrong) in [
         ("robots", with(|swarm| swarm.robots = 0)),
         ("robots", with(|swarm| swarm.robots = 129)),
-        ("arena.food_items", with(|swarm| swarm.forager.food_items = 9)),
+        ("arena.food_items", with(|swarm| swarm.forager.food_items = 65)),
         ("robot.cruise_mm_s", with(|swarm| swarm.forager.cruise = f32::NAN)),
         ("start", with(|swarm| swarm.forager.start = Some([0.0; 3]))),
         ("interval", with(|swarm| swarm.interval = 0)),
@@ -845,12 +948,14 @@ fn invalid_values_are_refused_by_name() {
 /// Food never appears exactly where other food lies.
 #[test]
 fn no_two_items_lie_at_one_place() {
-    let swarm = Swarm {
+    let swarm = |robots| Swarm {
         differences: Differences::NONE,
-        ..Swarm::odowd2014(10)
+        ..Swarm::odowd2014(robots)
     };
+    let mut many = swarm(40);
+    many.forager.food_items = GREATEST_ITEMS;
     let mut taken_at_once = 0;
-    for lines in over_nest(swarm, SEARCH, 200, 2) {
+    for lines in [over_nest(swarm(10), SEARCH, 200, 2), over_nest(many, SEARCH, 50, 2)].concat() {
         taken_at_once += lines[0].robots.iter().filter(|robot| robot.carries).count();
         for line in &lines {
             for (index, item) in line.food.iter().enumerate() {
@@ -858,7 +963,7 @@ fn no_two_items_lie_at_one_place() {
             }
         }
     }
-    assert!(taken_at_once > 50, "{taken_at_once} taken in the first cycle");
+    assert!(taken_at_once > 200, "{taken_at_once} taken in the first cycle");
 }
 
 /// Worlds of different sizes in one batch have the same lives as alone.

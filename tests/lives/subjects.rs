@@ -49,6 +49,7 @@ pub(crate) fn of_kernel(name: &str) -> Vec<Subject> {
     match name.split('_').next() {
         Some("life") => lives(controllers),
         Some("surrogate") => surrogates(controllers),
+        Some("forager") if name == "forager_many" => foragers_with_many_items(),
         Some("forager") => foragers(),
         Some("swarm") => swarms(),
         Some("acting") => behaviours(),
@@ -288,6 +289,19 @@ fn thirds(rollout: u32) -> [f32; 2] {
     [rollout % 3, rollout / 3 % 3].map(|third| [0.0, 0.5, 0.99][third as usize])
 }
 
+/// On-board simulators with more items of food than eight.
+fn foragers_with_many_items() -> Vec<Subject> {
+    let food = |food_items, light| Foraging {
+        food_items,
+        ..Foraging::odowd2014(light)
+    };
+    subjects_of_foragers(vec![
+        ("nine items".into(), food(9, Light::OverNest)),
+        ("28 items, dark".into(), food(28, Light::Nowhere)),
+        ("64 items".into(), food(64, Light::OppositeNest)),
+    ])
+}
+
 /// On-board simulators of foragers.
 fn foragers() -> Vec<Subject> {
     let mut all: Vec<(String, Foraging)> = Vec::new();
@@ -342,6 +356,10 @@ fn foragers() -> Vec<Subject> {
         ]
         .map(|(name, forager)| (name.to_owned(), forager)),
     );
+    subjects_of_foragers(all)
+}
+
+fn subjects_of_foragers(all: Vec<(String, Foraging)>) -> Vec<Subject> {
     all.into_iter()
         .map(|(name, forager)| Subject {
             worlds: Worlds::new(&[forager]).unwrap_or_else(|error| panic!("{name}: {error}")),

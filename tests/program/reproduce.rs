@@ -378,7 +378,7 @@ fn a_study_of_swarms_is_a_function_of_its_settings() {
     place.good(&study("whole", scales, &["--backend", "cpu"]));
     let whole = begun.elapsed();
     let claims: serde_json::Value = serde_json::from_slice(&place.read("whole/claims.json")).unwrap();
-    assert_eq!(claims.as_array().unwrap().len(), 17);
+    assert_eq!(claims.as_array().unwrap().len(), 19);
     let report = place.text("whole/report.html");
     for figure in 1..=10 {
         assert!(report.contains(&format!("Figure {figure}")), "figure {figure}");

@@ -191,8 +191,12 @@ fn invalid_values_are_refused_by_key() {
         ("swarm.light_moves_minute=2000", "allowed: 0 to 1666"),
         ("swarm.case=under", "allowed: no-light"),
         (
-            "swarm.arena.food_items=9",
-            "swarm.arena.food_items: is 9; allowed: 0 to 8",
+            "swarm.arena.food_items=65",
+            "swarm.arena.food_items: is 65; allowed: 0 to 64",
+        ),
+        (
+            "swarm.arena.food_scales=with_area swarm.arena.radius_mm=2000.0",
+            "swarm.arena.food_scales: makes 78 items of food; allowed: at most 64, with fewer swarm.arena.food_items",
         ),
         ("swarm.messages.heard=2", "swarm.messages.heard: is 2; allowed: 0 to 1"),
         ("swarm.simulators.credit=mine", "allowed: lagged or matched"),

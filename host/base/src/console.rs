@@ -263,6 +263,42 @@ fn is_word(cell: &str) -> bool {
             .is_some_and(|first| first.len() > 8 && first.contains(is_of_hash))
 }
 
+/// Columns of a line on a terminal.
+const TERMINAL: usize = 100;
+
+/// The same with words in the last column, which go on below themselves where a line would be longer than a terminal's.
+pub fn wrapped(head: &[&str], rows: &[Vec<String>]) -> String {
+    let Some((words, head)) = head.split_last() else {
+        return String::new();
+    };
+    let narrow: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| row[..head.len().min(row.len())].to_vec())
+        .collect();
+    let lines = columns(head, &narrow);
+    let width = lines.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+    let last = rows.iter().map(|row| row.get(head.len()).map_or("", String::as_str));
+    let mut text = String::new();
+    for (line, words) in lines.lines().zip(std::iter::once(*words).chain(last)) {
+        let mut line = format!("{line:<width$}  ");
+        let mut has_words = false;
+        for word in shown_in_line(words).split_whitespace() {
+            if has_words && line.chars().count() + 1 + word.chars().count() > TERMINAL {
+                text += &(line + "\n");
+                line = " ".repeat(width + 2);
+                has_words = false;
+            }
+            if has_words {
+                line.push(' ');
+            }
+            line += word;
+            has_words = true;
+        }
+        text += &(line.trim_end().to_owned() + "\n");
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -276,6 +312,20 @@ mod tests {
         );
         assert_eq!(table, "n  result         time\n1  0fbeeec4b682  9.8 s\n");
         assert!(!is_word("-1.25e-10") && !is_word("1000000000") && is_word("none"));
+    }
+
+    #[test]
+    fn words_go_on_below_themselves() {
+        let long = "2, lagged: undecided: the 95 % interval of the difference in the rate of a light over the nest and at random \
+                    spans 0; 5 more";
+        let rows = [["D1", "undecided", long], ["D12", "holds", ""]].map(|row| row.map(str::to_owned).to_vec());
+        assert_eq!(
+            wrapped(&["claim", "verdict", "reason"], &rows),
+            "claim  verdict    reason\n\
+             D1     undecided  2, lagged: undecided: the 95 % interval of the difference in the rate of a light\n                  \
+             over the nest and at random spans 0; 5 more\n\
+             D12    holds\n"
+        );
     }
 
     #[test]

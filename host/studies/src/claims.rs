@@ -119,6 +119,8 @@ pub(crate) struct Finding {
     pub parts: Vec<Part>,
     /// What its criterion needs and was not measured, and why, if so.
     pub missing: Option<&'static str>,
+    /// Why it is no question for a study, if so.
+    pub not_judged: Option<&'static str>,
     pub effects: Vec<Effect>,
     pub tests: Vec<Test>,
     /// Remark that depends on the results, in addition to the claim's fixed one.
@@ -128,9 +130,10 @@ pub(crate) struct Finding {
 impl Finding {
     /// The verdict by the intervals of the criterion's parts, and why it doesn't hold, unless something is missing that it needs.
     pub(crate) fn verdict(&self) -> Judged {
-        match self.missing {
-            Some(missing) => (Verdict::Undecided, vec![missing.to_owned()]),
-            None => of_parts(self.parts.clone()),
+        match (self.not_judged, self.missing) {
+            (Some(why), _) => (Verdict::NotJudged, vec![why.to_owned()]),
+            (None, Some(missing)) => (Verdict::Undecided, vec![missing.to_owned()]),
+            (None, None) => of_parts(self.parts.clone()),
         }
     }
 
@@ -286,8 +289,11 @@ mod tests {
                     .all(|criterion| questions.contains_key(&criterion.question))
             );
             assert_eq!(Table::of(table).questions().len(), questions.len(), "each has claims");
+            // Of a claim that makes several, those with a letter say what was registered elsewhere.
+            let is_registered = |criterion: &&Preregistered| criterion.id.ends_with(|last: char| last.is_ascii_digit());
             let ours: Vec<Vec<String>> = criteria
                 .iter()
+                .filter(is_registered)
                 .map(|criterion| {
                     vec![
                         format!("{} {}", criterion.id, criterion.title),

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use oneiro_base::answer::Answer;
-use oneiro_base::console::{Console, columns};
+use oneiro_base::console::{Console, wrapped};
 use oneiro_base::contents::{Column, Entry, describe};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -332,7 +332,7 @@ fn verdicts(claims: Vec<Claim>, directory: &Path) -> Answer<Findings> {
     Answer {
         messages: vec![format!("wrote {}: {REPORT}, {CLAIMS}", directory.display())],
         ..Answer::new(
-            columns(&["claim", "verdict", "reason"], &rows),
+            wrapped(&["claim", "verdict", "reason"], &rows),
             Findings::Claims(claims),
         )
     }

@@ -24,6 +24,8 @@ pub enum Verdict {
     /// An interval spans a bound, there are too few runs for an interval, or something was not measured.
     Undecided,
     Opposed,
+    /// No question for a study, such as one that hardware answers. No part has it.
+    NotJudged,
 }
 
 impl Verdict {
@@ -33,6 +35,7 @@ impl Verdict {
             Self::Holds => "holds",
             Self::Undecided => "undecided",
             Self::Opposed => "opposed",
+            Self::NotJudged => "not judged",
         }
     }
 }

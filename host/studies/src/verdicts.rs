@@ -16,15 +16,15 @@ use crate::verdict::Verdict;
 const DIGITS: Digits = Digits::Four;
 
 /// All verdicts, from the best to the worst.
-const VERDICTS: [Verdict; 3] = [Verdict::Holds, Verdict::Undecided, Verdict::Opposed];
+const VERDICTS: [Verdict; 4] = [Verdict::Holds, Verdict::Undecided, Verdict::Opposed, Verdict::NotJudged];
 
 /// The answer first: how many claims hold, which ones by question, and a table of their main effects. `about` is a
 /// paragraph on the study, as HTML.
 pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Section {
     let count = |verdict| claims.iter().filter(|claim| claim.verdict == verdict).count();
-    let tally = joined(&VERDICTS, |&verdict| {
-        let count = count(verdict);
-        format!("<span class=\"{verdict}\"><b>{count}</b>{verdict}</span>\n")
+    let tally = joined(&VERDICTS, |&verdict| match (verdict, count(verdict)) {
+        (Verdict::NotJudged, 0) => String::new(),
+        (_, count) => format!("<span class=\"{verdict}\"><b>{count}</b>{verdict}</span>\n"),
     });
     let head = [
         Head::Text("Claim"),
@@ -50,8 +50,12 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
         });
         rows.extend(of_question.into_iter().map(|claim| Row::from(line(claim))));
     }
+    let not_judged = match count(Verdict::NotJudged) {
+        0 => String::new(),
+        count => format!("; {} not judged", counted(count, "is", "are")),
+    };
     let introduction = paragraph(&format!(
-        "Of the paper's {}, {}, {} and {}: the 95 % intervals over runs decide whether a criterion that was fixed before \
+        "Of the paper's {}, {}, {} and {}{not_judged}: the 95 % intervals over runs decide whether a criterion that was fixed before \
          anything was evolved is met. By question:",
         counted(claims.len(), "claim", "claims"),
         counted(count(Verdict::Holds), "holds", "hold"),
@@ -211,6 +215,9 @@ fn verdict_and_reason(claim: &Claim) -> String {
         Some(false) => "is not met",
         None => "can't be evaluated",
     };
+    if claim.verdict == Verdict::NotJudged {
+        return format!("<p><b>Not judged.</b> {}.</p>\n", escaped(&reasons));
+    }
     format!(
         "<p><b>Verdict: {}.</b> {}. By the estimates alone, the registered criterion {registered}.</p>\n",
         claim.verdict,
@@ -290,7 +297,7 @@ pub(super) fn by_assumption(arms: &Sensitivity) -> String {
     }
     let counts = (0..main.claims.len()).map(|column| {
         let asked = arms.all().filter_map(|one| one.claims.get(column));
-        let decided = asked.filter(|claim| claim.verdict != Verdict::Undecided);
+        let decided = asked.filter(|claim| matches!(claim.verdict, Verdict::Holds | Verdict::Opposed));
         let holds = decided.clone().filter(|claim| claim.verdict == Verdict::Holds);
         Cell::text(&format!("{}/{}", holds.count(), decided.count()))
     });
@@ -318,7 +325,7 @@ fn row_of_arm(one: &Assumed) -> Row {
     let verdicts = one.claims.iter().map(|claim| match claim.verdict {
         Verdict::Holds => Cell::html(chip(claim.verdict, "yes")),
         Verdict::Opposed => Cell::html(chip(claim.verdict, "no")),
-        Verdict::Undecided => Cell::html(chip(claim.verdict, NONE)),
+        Verdict::Undecided | Verdict::NotJudged => Cell::html(chip(claim.verdict, NONE)),
     });
     Row {
         cells: std::iter::once(Cell::html(what)).chain(verdicts).collect(),

@@ -18,7 +18,7 @@ const CURVE_ENTRIES: u32 = 70u;
 const FORAGER_CELLS: u32 = CURVE + CURVE_ENTRIES / 2u;
 
 // Most items of food and most robots of a world.
-const GREATEST_ITEMS: u32 = 8u;
+const GREATEST_ITEMS: u32 = 64u;
 const GREATEST_ROBOTS: u32 = 128u;
 
 // The nest, and the food.

@@ -1,11 +1,17 @@
-// What a swarm's world keeps, and where: a block of words for the world and one for each robot, LANES worlds side by
-// side, so that the same word of neighbouring worlds is next to it.
+// What a swarm's world keeps, and where: a block of words for the world, one for each robot and then one for each item of food,
+// LANES worlds side by side, so that the same word of neighbouring worlds is next to it.
 
-// Words of the world: x and y of eight items of food, and how much food was brought in all.
+// Words of the world: how much food was brought in all.
+const HARVESTED: u32 = 0u;
+const WORLD_WORDS: u32 = 1u;
+
+// Words of each item of food: where it lies, and while robots ask for it in a cycle, which of them gets it, and the square of that
+// one's distance.
 const ITEM_X: u32 = 0u;
-const ITEM_Y: u32 = 8u;
-const HARVESTED: u32 = 16u;
-const WORLD_WORDS: u32 = 17u;
+const ITEM_Y: u32 = 1u;
+const ITEM_OWNER: u32 = 2u;
+const ITEM_SQUARED: u32 = 3u;
+const ITEM_WORDS: u32 = 4u;
 
 // Words of each robot.
 const X: u32 = 0u;
@@ -47,7 +53,7 @@ const LINE_EARNED: u32 = 4u;
 const LINE_WORDS: u32 = 5u;
 const LINE_CARRIES: u32 = 3u;
 const LINE_BROUGHT: u32 = 4u;
-const ITEM_WORDS: u32 = 2u;
+const LINE_ITEM_WORDS: u32 = 2u;
 
 // Cells of a swarm's world besides a forager's.
 const MEETING: u32 = FORAGER_CELLS;
@@ -175,7 +181,16 @@ fn robots(world: u32) -> u32 {
     return min(u32(arena_of(world).robots), GREATEST_ROBOTS);
 }
 
+fn items(world: u32) -> u32 {
+    return min(u32(arena_of(world).items), GREATEST_ITEMS);
+}
+
 // Where a robot's words are, given where its world's are.
 fn robot_at(base: u32, robot: u32) -> u32 {
     return base + (WORLD_WORDS + robot * ROBOT_WORDS) * LANES;
+}
+
+// Where an item's words are.
+fn food_at(base: u32, world: u32, item: u32) -> u32 {
+    return robot_at(base, robots(world)) + item * ITEM_WORDS * LANES;
 }

@@ -36,7 +36,7 @@ fn begin(episode: Episode, base: u32) {
         differ(world, robot_words, robot);
     }
     place_robots(world, base, count);
-    save_food(base, first_food(episode));
+    begin_food(episode, base);
 }
 
 // One robot after the other gets a place. Each turn of the loop draws one, or looks at one other robot from there: a

@@ -47,24 +47,9 @@ fn first_state(episode: Episode) -> EpisodeState {
 
 fn kept(after: EpisodeState) -> EpisodeState {
     return EpisodeState(
-        Food(
-            stored_all(after.food.x_first), stored_all(after.food.x_last),
-            stored_all(after.food.y_first), stored_all(after.food.y_last),
-        ),
-        task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
+        food_kept(after.food), task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
         stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), after.carries,
     );
-}
-
-fn stored_all(v: vec4<f32>) -> vec4<f32> {
-    return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
-}
-
-// Distance of the nearest item from a place, mm.
-fn nearest_food(food: Food, at: vec2<f32>) -> f32 {
-    let far = squares_from(food, at);
-    let least = min(far.first, far.last);
-    return root(min(min(least.x, least.y), min(least.z, least.w)));
 }
 
 fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {

@@ -3,10 +3,7 @@
 // What an episode keeps from one dispatch to the next, and its fitness so far.
 struct EpisodeState {
     // where the food lies
-    x_first: vec4<f32>,
-    x_last: vec4<f32>,
-    y_first: vec4<f32>,
-    y_last: vec4<f32>,
+    food: Food,
     x: f32,
     y: f32,
     heading: f32,
@@ -24,17 +21,14 @@ struct EpisodeState {
 
 fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
-    let food = first_food(episode);
     return EpisodeState(
-        food.x_first, food.x_last, food.y_first, food.y_last,
-        pose.x, pose.y, pose.z, 0.0f, 0u, 0.0f, 0u, 0.0f, 0u, 0u, 0u, 0u,
+        first_food(episode), pose.x, pose.y, pose.z, 0.0f, 0u, 0.0f, 0u, 0.0f, 0u, 0u, 0u, 0u,
     );
 }
 
 fn kept(after: EpisodeState) -> EpisodeState {
     return EpisodeState(
-        stored_all(after.x_first), stored_all(after.x_last), stored_all(after.y_first), stored_all(after.y_last),
-        stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), after.carries,
+        food_kept(after.food), stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), after.carries,
         stored(after.escape), after.straight, stored(after.turn), after.wait, 0u, 0u, 0u,
     );
 }
@@ -56,10 +50,6 @@ fn details_kept(values: Details) -> Details {
     );
 }
 
-fn stored_all(v: vec4<f32>) -> vec4<f32> {
-    return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
-}
-
 fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     var after = before;
     let pose = vec3<f32>(after.x, after.y, after.heading);
@@ -73,12 +63,8 @@ fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     after.x = select(reached.x, pose.x, collided);
     after.y = select(reached.y, pose.y, collided);
     after.heading = reached.z;
-    let food = Food(after.x_first, after.x_last, after.y_first, after.y_last);
-    let brought = harvest(episode, step, vec2<f32>(after.x, after.y), food, carried);
-    after.x_first = brought.food.x_first;
-    after.x_last = brought.food.x_last;
-    after.y_first = brought.food.y_first;
-    after.y_last = brought.food.y_last;
+    let brought = harvest(episode, step, vec2<f32>(after.x, after.y), after.food, carried);
+    after.food = brought.food;
     after.carries = select(0u, 1u, brought.carries);
     after.escape = deed.memory.escape;
     after.straight = deed.memory.straight;

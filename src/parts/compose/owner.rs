@@ -46,6 +46,8 @@ pub(crate) enum Make {
         behaves: bool,
         /// Whether its task is to bring food.
         brings: bool,
+        /// Whether its arena has more items than the shorter part has room for.
+        has_many_items: bool,
     },
 }
 

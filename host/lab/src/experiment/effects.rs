@@ -278,6 +278,7 @@ const SAME: &[(&str, &[&str], &str)] = &[
         &["random case"],
         "in two minutes few items are found",
     ),
+    ("swarm.arena.food_scales", &["random case"], "likewise"),
     (
         "swarm.robot.greatest_speed_mm_s",
         &["random case"],

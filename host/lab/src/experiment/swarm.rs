@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use oneiro::foraging::{AsForaging, Foraging};
+use oneiro::foraging::{AsForaging, Foraging, GREATEST_ITEMS};
 use oneiro::parameter::{Allowed, Choice, Choices, Parameter, row};
 use oneiro::swarm::Swarm;
 use oneiro_base::exit::Result;
@@ -315,6 +315,13 @@ fn light(swarm: &Settings) -> Checked {
 /// Checks what the rows don't.
 fn check(file: &File) -> Checked {
     name(&file.name)?;
+    let items = file.swarm.food_items();
+    if items > GREATEST_ITEMS {
+        let problem = format!(
+            "makes {items} items of food; allowed: at most {GREATEST_ITEMS}, with fewer swarm.arena.food_items, fewer robots or a smaller arena"
+        );
+        return invalid("swarm.arena.food_scales", problem);
+    }
     let Clock {
         interval_s,
         offset_s,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use oneiro::batch::{Rollout, WorldKind};
 use oneiro::foraging::Light;
 use oneiro::random::Key;
-use oneiro::swarm::{Line, Order, SECOND, Swarm};
+use oneiro::swarm::{Line, Order, SECOND, Seen, Swarm};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::sealed;
 use oneiro_evolve::encapsulated::{Genome, any_gene};
@@ -25,7 +25,7 @@ use crate::exchange::Exchange;
 
 /// The name of saved states, and their version.
 const NAME: &str = "swarm";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Intervals between two checkpoints of a run with a directory.
 const CHECKPOINT_EVERY: usize = 10;
 /// A controller that searches at random, with and without food.
@@ -44,8 +44,28 @@ pub struct SwarmJob {
     input: Vec<f32>,
     /// The trace so far, if requested.
     lines: Option<Vec<Line>>,
+    /// Rows of the tables of details since the last step, if requested; all of them if the trace is kept.
+    details: Option<Details>,
     /// Makes another file of the run, if requested.
     page: Option<Page>,
+}
+
+/// Rows of the tables from which a run can be recomputed.
+#[derive(Clone, Debug, Default)]
+struct Details {
+    deposits: String,
+    controllers: String,
+    pairs: String,
+}
+
+impl Details {
+    fn tables(&self) -> [(&'static str, &str); 3] {
+        [
+            (tables::DEPOSITS, &self.deposits),
+            (tables::CONTROLLERS, &self.controllers),
+            (tables::PAIRS, &self.pairs),
+        ]
+    }
 }
 
 /// A file of a run besides its tables: its name, and what makes it.
@@ -114,6 +134,7 @@ impl SwarmJob {
             state,
             input: Vec::new(),
             lines: None,
+            details: None,
             page: None,
         };
         job.order();
@@ -125,6 +146,18 @@ impl SwarmJob {
     pub fn keeping_lines(mut self) -> Self {
         self.lines = Some(Vec::new());
         self
+    }
+
+    /// Adds rows to the tables of details.
+    #[must_use]
+    pub fn with_details(mut self) -> Self {
+        self.details = Some(Details::default());
+        self
+    }
+
+    /// The rows of the tables of details; all of them if the trace is kept.
+    pub fn details(&self) -> Vec<(&'static str, &str)> {
+        self.details.iter().flat_map(Details::tables).collect()
     }
 
     /// Writes another file at the end.
@@ -159,6 +192,11 @@ impl SwarmJob {
     /// Whether controllers are to be evaluated on board before the arena's next stretch.
     fn is_to_simulate(&self) -> bool {
         self.state.robots.iter().any(OnBoard::is_to_simulate)
+    }
+
+    /// Cycles from a line of the arena's trace to the next. Details have the cycle in which each item was brought.
+    fn trace_every(&self) -> u32 {
+        if self.details.is_some() { 1 } else { SECOND }
     }
 
     /// The arena's next stretch in seconds: until all robots have ended an interval, or all have been switched on.
@@ -204,15 +242,19 @@ impl SwarmJob {
 
     /// Takes the fitness of all controllers on board.
     fn take_simulated(&mut self, fitness: &[f32]) -> Result {
-        let robots = &mut self.state.robots;
+        let Self { details, state, .. } = self;
+        let robots = &mut state.robots;
         let expected: usize = robots.iter().map(|own| own.controllers().len()).sum();
         if fitness.len() != expected {
             return Err(wrong("fitness", fitness.len(), expected));
         }
         let mut rest = fitness;
-        for own in robots {
+        for (robot, own) in robots.iter_mut().enumerate() {
             let (fitness, others) = rest.split_at(own.controllers().len());
             own.take_simulated(fitness);
+            if let Some(details) = details {
+                details.controllers += &tables::controller_rows(own.interval(), robot, own, fitness);
+            }
             rest = others;
         }
         Ok(())
@@ -225,7 +267,8 @@ impl SwarmJob {
         let ([log], [arena]) = (results.logs, results.states) else {
             return Err(wrong("logs and states", results.logs.len() + results.states.len(), 2));
         };
-        let lines = (end - start) as usize;
+        let a_second = (SECOND / self.trace_every()) as usize;
+        let lines = (end - start) as usize * a_second;
         if log.len() != lines * results.log_words {
             return Err(wrong("words of a trace", log.len(), lines * results.log_words));
         }
@@ -234,6 +277,12 @@ impl SwarmJob {
         };
         self.state.arena = Some(arena.to_vec());
         let lines = self.swarm.lines(log, results.log_words);
+        if let Some(details) = &mut self.details {
+            for (cycle, line) in (SECOND * start..).zip(&lines) {
+                details.deposits += &deposits(&self.state.clocks, cycle, line);
+            }
+        }
+        let lines: Vec<Line> = lines.chunks(a_second).map(second).collect();
         for line in &lines {
             self.state.see(line);
         }
@@ -255,7 +304,9 @@ impl SwarmJob {
     /// Ends an interval of all robots, in the order of their clocks: a robot's messages of its next interval reach others in
     /// this interval of theirs.
     fn end_interval(&mut self) {
-        let Self { plan, state, .. } = self;
+        let Self {
+            plan, state, details, ..
+        } = self;
         let Some(interval) = state.interval() else {
             return;
         };
@@ -278,7 +329,11 @@ impl SwarmJob {
             };
             let heard = exchange.heard(robot, state.clocks[robot].seconds_of(interval));
             let real = state.real(whose[robot], interval);
-            taken[robot] = state.robots[robot].end_interval(settings, real, &heard);
+            let ended = state.robots[robot].end_interval(settings, real, &heard);
+            taken[robot] = ended.taken;
+            if let Some(details) = details {
+                details.pairs += &tables::pair_rows(interval, robot, &ended.pairs);
+            }
         }
         state.record(interval, &taken);
     }
@@ -328,7 +383,7 @@ impl Job for SwarmJob {
             return Some(Request {
                 stage: Stage {
                     reached,
-                    ..Stage::lives(oneiro_shaders::FORAGER.name)
+                    ..Stage::lives(self.simulators[0].world.kernel().name)
                 },
                 worlds: &self.simulators,
                 outside: None,
@@ -343,7 +398,7 @@ impl Job for SwarmJob {
                 kernel: oneiro_shaders::SWARM.name,
                 reached,
                 cycles: Some([SECOND * start, SECOND * end]),
-                trace_every: Some(SECOND),
+                trace_every: Some(self.trace_every()),
             },
             worlds: &self.arena,
             outside: None,
@@ -383,8 +438,18 @@ impl Job for SwarmJob {
             file: tables::INTERVALS,
             bytes: tables::interval_rows(interval, &state.intervals[interval]).into_bytes(),
         });
+        let mut added: Vec<Added> = added.collect();
+        if let Some(details) = &mut self.details {
+            added.extend(details.tables().map(|(file, rows)| Added {
+                file,
+                bytes: rows.as_bytes().to_vec(),
+            }));
+            if self.lines.is_none() {
+                *details = Details::default();
+            }
+        }
         Ok(Step {
-            added: added.collect(),
+            added,
             progress: (!simulated).then(|| Progress {
                 done: state.now / 60,
                 best: state.brought.iter().copied().map(f32::from).sum(),
@@ -477,6 +542,28 @@ impl State {
         let robots = robots.collect();
         self.intervals.push(robots);
     }
+}
+
+/// A line for each item that was brought in a cycle.
+fn deposits(clocks: &[Clock], cycle: u32, line: &Line) -> String {
+    let row = |(robot, (own, clock)): (usize, (&Seen, &Clock))| {
+        let interval = clock.interval_at(cycle / SECOND).filter(|_| own.brought > 0)?;
+        let began = SECOND * clock.seconds_of(interval).start;
+        Some(tables::deposit_row(cycle, robot, interval, began, [own.x, own.y]))
+    };
+    line.robots.iter().zip(clocks).enumerate().filter_map(row).collect()
+}
+
+/// The line of a second, from those of its cycles.
+fn second(cycles: &[Line]) -> Line {
+    let mut line = cycles[cycles.len() - 1].clone();
+    for before in &cycles[..cycles.len() - 1] {
+        for (own, before) in line.robots.iter_mut().zip(&before.robots) {
+            own.brought += before.brought;
+            own.heard |= before.heard;
+        }
+    }
+    line
 }
 
 fn wrong(what: &str, given: usize, expected: usize) -> Failure {

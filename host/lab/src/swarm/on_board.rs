@@ -14,6 +14,15 @@ use crate::exchange::Message;
 use crate::exchange::pairs::Pairs;
 use crate::swarm::record::Credit;
 
+/// What a robot had at the end of an interval.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ended {
+    /// Whether the simulator of its next interval came from another robot.
+    pub taken: bool,
+    /// Its pairs, the best first.
+    pub pairs: Vec<Message>,
+}
+
 /// One robot's evolution of controllers and of its simulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OnBoard {
@@ -29,8 +38,8 @@ pub struct OnBoard {
     pub simulators: Vec<f32>,
     /// Its real fitness in each interval that has ended.
     pub real: Vec<f32>,
-    /// The ranking of the controllers in the present simulator.
-    ranking: Vec<usize>,
+    /// The ranking of the controllers in the present simulator, from the best to the worst.
+    pub(super) ranking: Vec<usize>,
 }
 
 impl OnBoard {
@@ -163,15 +172,15 @@ impl OnBoard {
     }
 
     /// Ends an interval in which its real fitness was `real`: breeds its controllers, and takes over the best simulator among its
-    /// own and the received ones, mutated. Returns whether that came from another robot.
-    pub fn end_interval(&mut self, settings: &Settings, real: f32, heard: &[Message]) -> bool {
+    /// own and the received ones, mutated.
+    pub fn end_interval(&mut self, settings: &Settings, real: f32, heard: &[Message]) -> Ended {
         let interval = self.interval();
         let mut pairs = Pairs::new(settings.pair_rules());
         for message in heard {
             pairs.hear(*message);
         }
-        let guests: Vec<Genome> = pairs
-            .ranked()
+        let ranked = pairs.ranked();
+        let guests: Vec<Genome> = ranked
             .iter()
             .take(settings.controllers.guests as usize)
             .map(|pair| pair.controller)
@@ -186,6 +195,9 @@ impl OnBoard {
         self.real.push(real);
         self.simulators
             .push(settings.simulator_mutation().of(kept, &mut random));
-        better.is_some()
+        Ended {
+            taken: better.is_some(),
+            pairs: ranked,
+        }
     }
 }

@@ -24,6 +24,8 @@ pub struct Settings {
     /// Robots, arena, messages, and how the arena differs from the robots' simulators. Its times follow from `minutes`
     /// and `clock`.
     pub world: Swarm,
+    /// How the number of items of food follows from that of the world.
+    pub food_scales: FoodScales,
     /// The evolution of controllers on each robot.
     pub controllers: Controllers,
     /// The evolution of simulators among robots.
@@ -38,7 +40,8 @@ impl Default for Settings {
             case: Case::Over,
             minutes: 50,
             light_moves_minute: 25,
-            world: Swarm::odowd2014(10),
+            world: world(),
+            food_scales: FoodScales::Never,
             controllers: Controllers {
                 population: 10,
                 parents: 4,
@@ -63,6 +66,25 @@ impl Default for Settings {
             },
         }
     }
+}
+
+/// Robots of the paper's swarm.
+const ROBOTS: u32 = 10;
+
+/// The paper's swarm. Section 5.6 of the paper has "random movement behaviour in the absence of a light source": its robots seek and
+/// flee only a light that they see, the least that ambient light and noise never reach.
+fn world() -> Swarm {
+    let mut world = Swarm::odowd2014(ROBOTS);
+    world.forager.phototaxis_threshold = 0.16;
+    world
+}
+
+/// What the number of items grows with, from that of the paper's robots and arena.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FoodScales {
+    Never,
+    WithRobots,
+    WithArea,
 }
 
 /// The encapsulated evolution (section 4.2 of the paper).
@@ -122,6 +144,8 @@ fn own_parameters<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
             "How long robots forage.", |own, _| Some(&mut own.as_mut().minutes)),
         row("light_moves_minute", "min", Whole(0, GREATEST_MINUTES), "O'Dowd et al. 2014, section 4.5",
             "When the light moves, in the cases where it does.", |own, _| Some(&mut own.as_mut().light_moves_minute)),
+        row("arena.food_scales", "", Any, "ours: 7 items for 10 robots in 1.13 m2 in O'Dowd et al. 2014, section 4.5",
+            "What the number of items grows with, in the arena and in the simulators; arena.food_items is that of the paper's swarm.", |own, _| Some(&mut own.as_mut().food_scales)),
         row("controllers.population", "", Whole(1, 1000), "O'Dowd et al. 2014, section 4.2",
             "Controller genotypes on each robot.", |own, _| Some(&mut own.as_mut().controllers.population)),
         row("controllers.parents", "", WholeUpTo(1, "controllers.population"), "O'Dowd et al. 2014, section 4.2",
@@ -178,6 +202,22 @@ impl Choice for Case {
             "5: opposite the nest, later over it",
         ),
         ("random", Self::Random, "6: no evolution, all robots search at random"),
+    ];
+}
+
+impl Choice for FoodScales {
+    const CHOICES: Choices<Self> = &[
+        ("never", Self::Never, "nothing, food_items are there"),
+        (
+            "with_robots",
+            Self::WithRobots,
+            "the number of robots, food_items for each 10 of them",
+        ),
+        (
+            "with_area",
+            Self::WithArea,
+            "the arena's area, food_items in a radius of 600 mm",
+        ),
     ];
 }
 
@@ -278,11 +318,26 @@ impl Settings {
         60 * self.light_moves_minute
     }
 
+    /// Items of food in the arena, and in each robot's simulator: the nearest whole number, of two the greater one.
+    pub fn food_items(&self) -> u32 {
+        let items = self.world.forager.food_items;
+        match self.food_scales {
+            FoodScales::Never => items,
+            FoodScales::WithRobots => (items * self.world.robots + ROBOTS / 2) / ROBOTS,
+            FoodScales::WithArea => {
+                let usual = world().forager.arena_radius;
+                let times = f64::from(self.world.forager.arena_radius) / f64::from(usual);
+                (f64::from(items) * times * times + 0.5) as u32
+            }
+        }
+    }
+
     /// The robot's simulator.
     pub fn simulator(&self, light: Light) -> Foraging {
         Foraging {
             light,
             cycles: 10 * self.clock.interval_s,
+            food_items: self.food_items(),
             ..self.world.forager
         }
     }

@@ -4,12 +4,15 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use oneiro::foraging::Light;
+use oneiro::swarm::SECOND;
 use oneiro_base::contents::{Column, OutcomeColumn, head};
 use oneiro_report::numbers::fixed;
 
+use super::on_board::OnBoard;
 use super::record::{RobotInterval, Run};
 use super::settings::Settings;
 use crate::engine::job::Named;
+use crate::exchange::Message;
 
 /// Columns of an interval that the table of a robot's daemon also has.
 pub const ROBOT: Column = Column::whole("robot", "", "its number, from 0");
@@ -64,6 +67,53 @@ pub const FOOD: &str = "food.csv";
 pub(crate) static FOOD_COLUMNS: [Column; 2] = [
     Column::whole("second", "s", "its number, from 0"),
     Column::whole("brought", "items", "food that all robots brought in that second"),
+];
+
+/// The table of food that robots brought: its file, and its columns.
+pub const DEPOSITS: &str = "deposits.csv";
+pub(crate) static DEPOSITS_COLUMNS: [Column; 6] = [
+    Column::number("time_s", "s", "when the item was brought, since the start"),
+    ROBOT,
+    Column::whole("interval", "", "the robot's interval"),
+    Column::number(
+        "into_s",
+        "s",
+        "the time since the interval began: the item earns the rest of the interval (equation 1)",
+    ),
+    Column::number("x_mm", "mm", "where the robot was"),
+    Column::number("y_mm", "mm", "likewise"),
+];
+/// The table of controllers on board: its file, and its columns.
+pub const CONTROLLERS: &str = "controllers.csv";
+pub(crate) static CONTROLLERS_COLUMNS: [Column; 7] = [
+    Column::whole("interval", "", "its number, from 0, by the robot's clock"),
+    ROBOT,
+    Column::whole("controller", "", "its number in the robot's population, from 0"),
+    Column::number("g0", "0 to 0.99", "the gene of its behaviour with food"),
+    Column::number("g1", "0 to 0.99", "the gene of its behaviour without food"),
+    Column::number("simulated", "", "its fitness in the robot's simulator"),
+    Column::whole(
+        "rank",
+        "",
+        "from 0, the best; the parents (`swarm.controllers.parents`) are the next interval's first controllers",
+    ),
+];
+/// The table of pairs that robots stored: its file, and its columns.
+pub const PAIRS: &str = "pairs.csv";
+pub(crate) static PAIRS_COLUMNS: [Column; 9] = [
+    Column::whole("interval", "", "the interval of the robot that ends"),
+    ROBOT,
+    Column::whole("rank", "", "from 0, the pair with the highest fitness"),
+    Column::whole("sender", "", "the robot that sent the pair"),
+    Column::whole("sent_interval", "", "the sender's interval that the fitness is of"),
+    SIMULATOR,
+    Column::number(
+        "fitness",
+        "",
+        "the fitness credited to that simulator, as last received",
+    ),
+    Column::number("g0", "0 to 0.99", "the gene of the sender's controller with food"),
+    Column::number("g1", "0 to 0.99", "the gene of the sender's controller without food"),
 ];
 
 /// A column of a sweep's table of results, and its value.
@@ -240,6 +290,41 @@ pub(crate) fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String
             own.heard,
             own.reached,
             u8::from(own.taken)
+        );
+    }
+    text
+}
+
+/// A line for an item that a robot brought in a cycle of an interval that began in another cycle.
+pub(crate) fn deposit_row(cycle: u32, robot: usize, interval: u32, began: u32, at: [f32; 2]) -> String {
+    // Both end with the cycle.
+    let [time, into] = [cycle + 1, cycle + 1 - began].map(|cycles| f64::from(cycles) / f64::from(SECOND));
+    format!("{time},{robot},{interval},{into},{},{}\n", at[0], at[1])
+}
+
+/// A line for each controller of a robot in an interval.
+pub(crate) fn controller_rows(interval: u32, robot: usize, own: &OnBoard, fitness: &[f32]) -> String {
+    let mut text = String::new();
+    for (index, ([g0, g1], simulated)) in own.controllers().iter().zip(fitness).enumerate() {
+        let rank = own
+            .ranking
+            .iter()
+            .position(|&ranked| ranked == index)
+            .unwrap_or_default();
+        let _ = writeln!(text, "{interval},{robot},{index},{g0},{g1},{simulated},{rank}");
+    }
+    text
+}
+
+/// A line for each pair of a robot at an interval's end, the best first.
+pub(crate) fn pair_rows(interval: u32, robot: usize, pairs: &[Message]) -> String {
+    let mut text = String::new();
+    for (rank, pair) in pairs.iter().enumerate() {
+        let [g0, g1] = pair.controller;
+        let _ = writeln!(
+            text,
+            "{interval},{robot},{rank},{},{},{},{},{g0},{g1}",
+            pair.sender, pair.interval, pair.simulator, pair.fitness
         );
     }
     text

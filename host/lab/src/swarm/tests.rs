@@ -419,7 +419,7 @@ fn the_better_simulator_is_taken_over_and_changed() {
     let go_on = |real, heard: &[Message]| {
         let mut robot = robot(&settings, 0);
         let own = robot.simulator();
-        let taken = robot.end_interval(&settings, real, heard);
+        let taken = robot.end_interval(&settings, real, heard).taken;
         assert_eq!(robot.interval(), 1);
         assert_ne!(robot.simulator(), own, "a gene always changes");
         (taken, own, robot.simulator())

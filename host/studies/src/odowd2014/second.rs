@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
 use oneiro_base::answer::Answer;
-use oneiro_base::console::columns;
+use oneiro_base::console::wrapped;
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_report::csv::{Csv, number};
@@ -416,7 +416,7 @@ pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>) -> Result<Answer<Fin
     sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let tables = Tables::of(&found.complete()?).map_err(Failure::input)?;
     let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
-    let text = columns(&head, &tables.shown);
+    let text = wrapped(&head, &tables.shown);
     let files = [
         (CONTRASTS, tables.contrasts),
         (CLAIMS, tables.claims),

@@ -161,24 +161,36 @@ impl Study {
                 study: file.own_hash(),
             };
             let of_all = setting_list("set", &values.set, source)?;
-            let settings = |scale: f64, credit: Credit, case: Case, more: Vec<Setting>| -> Result<Settings> {
-                const WORD: &str = "cases and rules are words";
-                let of_study = [
-                    ("swarm.case", Value::try_from(case).expect(WORD)),
-                    ("swarm.controllers.mutation_scale", Value::Float(scale)),
-                    ("swarm.simulators.mutation_scale", Value::Float(scale)),
-                    ("swarm.simulators.credit", Value::try_from(credit).expect(WORD)),
-                ];
-                // The case leaves out what only others need.
-                let rank = |key: &str| if key == "swarm.case" { 3 } else { 1 };
-                let of_study = of_study
-                    .map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key)));
-                let more = more.into_iter().map(|setting| setting.ranked(2)).collect::<Vec<_>>();
-                let set = [&of_study[..], &of_all, &more].concat();
-                let why = "is a control, which the kinds of [[conditions]] give";
-                let experiment = SwarmExperiment::without_control(&path, &base, &set, why)?;
-                Ok(experiment.settings().clone())
+            let of_null = if arm.is_main() {
+                of_all.clone()
+            } else {
+                setting_list("set", &of_the_null(&values.set), source)?
             };
+            let settings =
+                |scale: f64, credit: Credit, (case, kind): (Case, Kind), more: Vec<Setting>| -> Result<Settings> {
+                    const WORD: &str = "cases and rules are words";
+                    let of_study = [
+                        ("swarm.case", Value::try_from(case).expect(WORD)),
+                        ("swarm.controllers.mutation_scale", Value::Float(scale)),
+                        ("swarm.simulators.mutation_scale", Value::Float(scale)),
+                        ("swarm.simulators.credit", Value::try_from(credit).expect(WORD)),
+                    ];
+                    // The case leaves out what only others need.
+                    let rank = |key: &str| if key == "swarm.case" { 3 } else { 1 };
+                    let of_study = of_study.map(|(key, value)| {
+                        Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key))
+                    });
+                    let more = more.into_iter().map(|setting| setting.ranked(2)).collect::<Vec<_>>();
+                    let of_kind = if kind == Kind::FitnessShuffled {
+                        &of_null
+                    } else {
+                        &of_all
+                    };
+                    let set = [&of_study[..], of_kind, &more].concat();
+                    let why = "is a control, which the kinds of [[conditions]] give";
+                    let experiment = SwarmExperiment::without_control(&path, &base, &set, why)?;
+                    Ok(experiment.settings().clone())
+                };
             let mut combinations = Vec::new();
             for &scale in &record.scales {
                 for &credit in &record.credits {
@@ -191,7 +203,7 @@ impl Study {
                                 .iter()
                                 .filter(|kind| !asked.only_cases || **kind == Kind::Evolved)
                             {
-                                all.push((case, kind, settings(scale, credit, case, set.clone())?));
+                                all.push((case, kind, settings(scale, credit, (case, kind), set.clone())?));
                             }
                         }
                     }
@@ -202,7 +214,7 @@ impl Study {
             for (place, question) in values.questions.asked.iter().enumerate().filter(|_| asked.questions) {
                 let set = setting_list(&format!("questions.asked[{place}]"), &question.set, source)?;
                 let Questions { scale, credit, .. } = values.questions;
-                let settings = settings(scale, credit, Case::Over, set)?;
+                let settings = settings(scale, credit, (Case::Over, Kind::Evolved), set)?;
                 questions.push((Open::new(&question.about, &settings), settings));
             }
             Ok(Self {
@@ -343,6 +355,18 @@ const GIVEN: [(&str, &str); 7] = [
     ("swarm.simulators.credit", "credits"),
 ];
 
+/// What an arm sets of the null: all except the size of the store. Within an interval a robot's fitness only grows, and of a full store
+/// the lowest pair leaves, so the best pair nearly always stays whatever the size. Fitness that was shuffled may fall: the size would change the
+/// null far more than the swarm, and with it verdicts.
+fn of_the_null(set: &Table) -> Table {
+    let mut set = set.clone();
+    let simulators = set.get_mut("swarm").and_then(|swarm| swarm.get_mut("simulators"));
+    if let Some(Value::Table(simulators)) = simulators {
+        simulators.remove("pairs");
+    }
+    set
+}
+
 /// Settings from a table of the study's file, without keys that the study gives itself.
 fn setting_list(under: &str, table: &Table, source: &Source<'_>) -> Result<Vec<Setting>> {
     let leaves = file::leaves(table);
@@ -456,4 +480,51 @@ pub(crate) fn combine(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> 
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use oneiro::foraging::Foraging;
+
+    use super::*;
+    use crate::file::ODOWD2014;
+
+    fn study(arm: &str) -> Study {
+        let asked = Asked {
+            seed: 1,
+            runs: Some(2),
+            scales: vec![0.2],
+            credits: Vec::new(),
+            only_cases: false,
+            questions: false,
+        };
+        Study::new(&StudyFile::open(&ODOWD2014, None).unwrap(), arm, &asked).unwrap()
+    }
+
+    /// The settings of a kind with the light over the nest.
+    fn of(study: &Study, kind: Kind) -> &Settings {
+        let all = &study.combinations[0].all;
+        &all.iter().find(|one| (one.0, one.1) == (Case::Over, kind)).unwrap().2
+    }
+
+    #[test]
+    fn other_stores_of_pairs_have_the_main_null() {
+        let (main, one) = (study("main"), study("pairs-1"));
+        let [evolved, null] = [Kind::Evolved, Kind::FitnessShuffled].map(|kind| of(&one, kind));
+        assert_eq!((evolved.simulators.pairs, null.simulators.pairs), (1, 10));
+        assert_eq!(null, of(&main, Kind::FitnessShuffled));
+        // Other arms change the null.
+        let oldest = study("oldest-leaves");
+        assert_ne!(of(&oldest, Kind::FitnessShuffled), of(&main, Kind::FitnessShuffled));
+    }
+
+    #[test]
+    fn phototaxis_needs_light_except_in_its_arm() {
+        let threshold = |arm| of(&study(arm), Kind::Evolved).world.forager.phototaxis_threshold;
+        let Foraging {
+            ambient, light_noise, ..
+        } = of(&study("main"), Kind::Evolved).world.forager;
+        assert!(threshold("main") > ambient + light_noise);
+        assert_eq!(threshold("phototaxis-always"), 0.0);
+    }
 }

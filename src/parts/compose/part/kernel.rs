@@ -87,10 +87,11 @@ fn is_varied(owner: &Owner) -> bool {
 }
 
 /// Parts of foragers: what all have, and their controllers and their task.
-const FORAGER: [&str; 10] = [
+const FORAGER: [&str; 11] = [
     "lib/circle.wgsl",
     "lib/circle_rays.wgsl",
     "lib/food.wgsl",
+    "lib/food_eight.wgsl",
     "lib/forager.wgsl",
     "physics/forager.wgsl",
     "robot/epuck.wgsl",
@@ -99,6 +100,7 @@ const FORAGER: [&str; 10] = [
     "sensor/foraging.wgsl",
     "task/foraging.wgsl",
 ];
+const FOOD: [&str; 2] = ["lib/food_few.wgsl", "lib/food_many.wgsl"];
 const OUTPUTS: &str = "controller/outputs.wgsl";
 const BEHAVIOURS: [&str; 2] = ["controller/behaviours.wgsl", "controller/foraging.wgsl"];
 const BRINGING: &str = "task/bringing.wgsl";
@@ -111,7 +113,10 @@ const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", physics
 
 /// Whether only foragers, alone or in swarms, are made of a part.
 pub(super) fn is_of_foragers(path: &str) -> bool {
-    FORAGER.contains(&path) || BEHAVIOURS.contains(&path) || [OUTPUTS, BRINGING, DRIVEN].contains(&path)
+    FORAGER.contains(&path)
+        || FOOD.contains(&path)
+        || BEHAVIOURS.contains(&path)
+        || [OUTPUTS, BRINGING, DRIVEN].contains(&path)
 }
 
 /// Whether only swarms' kernels have a part.
@@ -120,7 +125,7 @@ pub(super) fn is_of_members(path: &str) -> bool {
 }
 
 /// Whether a forager is made of a part, if the part is not of every robot.
-fn is_of_forager(path: &str, behaves: bool, brings: bool) -> Option<bool> {
+fn is_of_forager(path: &str, behaves: bool, brings: bool, has_many_items: bool) -> Option<bool> {
     let others = [
         &SENSORS[..],
         &MOTORS,
@@ -130,6 +135,7 @@ fn is_of_forager(path: &str, behaves: bool, brings: bool) -> Option<bool> {
     ];
     match path {
         _ if FORAGER.contains(&path) => Some(true),
+        _ if FOOD.contains(&path) => Some(path == FOOD[usize::from(has_many_items)]),
         _ if BEHAVIOURS.contains(&path) => Some(behaves),
         OUTPUTS => Some(!behaves),
         BRINGING => Some(brings),
@@ -145,7 +151,11 @@ fn is_of_robot(path: &str, make: &Make) -> Option<bool> {
         Make::Sampled => {
             return (DESCRIBED.contains(&path) || [TABLES, WHEELS, BETWEEN].contains(&path)).then_some(false);
         }
-        Make::Forager { behaves, brings } => return is_of_forager(path, *behaves, *brings),
+        Make::Forager {
+            behaves,
+            brings,
+            has_many_items,
+        } => return is_of_forager(path, *behaves, *brings, *has_many_items),
         Make::Described(robot) => robot,
     };
     if SENSORS.contains(&path) || path == TABLES {
@@ -276,8 +286,13 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
             let _ = write!(name, "+{}-sensors-{}", robot.sensors, &hash[..16]);
             generated += &robot.text;
         }
-        Make::Forager { behaves, brings } => {
+        Make::Forager {
+            behaves,
+            brings,
+            has_many_items,
+        } => {
             name += "+forager";
+            name += if *has_many_items { "+many-items" } else { "" };
             name += if *behaves { "+behaviours" } else { "" };
             name += if *brings { "+foraging" } else { "" };
         }

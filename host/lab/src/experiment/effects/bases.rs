@@ -868,7 +868,7 @@ clock.offset_s = 10
 clock.installed_s = 20
 messages = { range_mm = 600, heard = 0.9 }
 simulators = { pairs = 2, leaves = 'oldest' }
-arena = { radius_mm = 400, food_items = 8 }
+arena = { radius_mm = 400, food_items = 8, food_scales = 'with_robots' }
 ";
 
 const TWO_CASES: &str = "

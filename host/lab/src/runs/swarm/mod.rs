@@ -6,7 +6,7 @@ mod report;
 use std::path::Path;
 use std::sync::Arc;
 
-use oneiro::batch::Worlds;
+use oneiro::batch::{WorldKind, Worlds};
 use oneiro::foraging::Light;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::Bars;
@@ -26,7 +26,10 @@ use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
-use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, outcomes};
+use crate::swarm::tables::{
+    CONTROLLERS, CONTROLLERS_COLUMNS, DEPOSITS, DEPOSITS_COLUMNS, FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS,
+    PAIRS, PAIRS_COLUMNS, outcomes,
+};
 
 const REPLAY: &str = "replay.html";
 
@@ -53,17 +56,39 @@ fn contents() -> Vec<Entry> {
     vec![
         Entry::table(INTERVALS, intervals, &INTERVALS_COLUMNS),
         Entry::table(FOOD, "one row per second", &FOOD_COLUMNS),
+        Entry::table(
+            DEPOSITS,
+            "one row per item of food that a robot brought",
+            &DEPOSITS_COLUMNS,
+        ),
+        Entry::table(
+            CONTROLLERS,
+            "one row per controller, robot and interval; none in the case `random`",
+            &CONTROLLERS_COLUMNS,
+        ),
+        Entry::table(
+            PAIRS,
+            "one row per pair that a robot had at the end of an interval; none in the case `random`",
+            &PAIRS_COLUMNS,
+        ),
         super::report::entry(),
         Entry::file(REPLAY, "written by `oneiro replay`: a page that plays the run"),
     ]
 }
 
-/// Lets a run with a directory write its page.
+/// The tables of a run with a directory from which it can be recomputed.
+static DETAILS: [(&str, &[Column]); 3] = [
+    (DEPOSITS, &DEPOSITS_COLUMNS),
+    (CONTROLLERS, &CONTROLLERS_COLUMNS),
+    (PAIRS, &PAIRS_COLUMNS),
+];
+
+/// Lets a run with a directory write its tables of details and its page.
 fn with_page(job: SwarmJob, experiment: Arc<SwarmExperiment>, seed: u64, recording: Recording<'_>) -> SwarmJob {
     match recording {
         Recording::Directory { .. } => {
             let page = move |run: &Run| report::html(&experiment, seed, run);
-            job.with_page((super::report::FILE, Box::new(page)))
+            job.with_details().with_page((super::report::FILE, Box::new(page)))
         }
         Recording::Tables => job,
     }
@@ -83,17 +108,24 @@ fn food(directory: &Path) -> Result<Vec<u32>> {
 fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, bars: Bars) -> Result<SwarmJob> {
     let plan = experiment.plan(seed);
     let mut watcher = Watcher::new(steps(&plan), "foraging", None, bars);
-    let jobs = engine.finished(vec![SwarmJob::new(plan).keeping_lines()], &mut watcher)?;
+    let jobs = engine.finished(vec![SwarmJob::new(plan).keeping_lines().with_details()], &mut watcher)?;
     let job = jobs.into_iter().next();
     job.ok_or_else(|| Failure::failed("a swarm has no result"))
 }
 
 /// Name of the first table that differs from the recorded one, if any.
-fn difference(run: &Run, directory: &Path) -> Result<Option<String>> {
-    let tables = [
+fn difference(job: &SwarmJob, directory: &Path) -> Result<Option<String>> {
+    let run = job.run();
+    let mut tables = vec![
         (INTERVALS, head(&INTERVALS_COLUMNS) + &run.interval_rows()),
         (FOOD, run.food_table()),
     ];
+    for ((name, columns), (_, rows)) in DETAILS.iter().zip(job.details()) {
+        // Runs of versions before have none.
+        if directory.join(name).exists() {
+            tables.push((name, head(*columns) + rows));
+        }
+    }
     for (name, text) in tables {
         if disk::read_text(&directory.join(name))? != text {
             return Ok(Some(format!("{name} is not what this device computes")));
@@ -152,7 +184,7 @@ impl Experiment for SwarmExperiment {
         if self.settings().case == Case::Random {
             oneiro_shaders::SWARM.name
         } else {
-            oneiro_shaders::FORAGER.name
+            self.settings().simulator(Light::OverNest).kernel().name
         }
     }
 
@@ -179,11 +211,19 @@ impl Experiment for SwarmExperiment {
         Err(Failure::failed("runs of the foraging study have no generations"))
     }
 
-    fn tables(&self, _: Recording<'_>) -> Vec<Table> {
-        vec![Table {
-            file: INTERVALS,
-            head: head(&INTERVALS_COLUMNS).into_bytes(),
-        }]
+    fn tables(&self, recording: Recording<'_>) -> Vec<Table> {
+        let details = match recording {
+            Recording::Directory { .. } => &DETAILS[..],
+            Recording::Tables => &[],
+        };
+        [(INTERVALS, &INTERVALS_COLUMNS[..])]
+            .iter()
+            .chain(details)
+            .map(|(file, columns)| Table {
+                file,
+                head: head(*columns).into_bytes(),
+            })
+            .collect()
     }
 
     fn results(&self) -> Vec<&'static str> {
@@ -272,7 +312,7 @@ impl Experiment for SwarmExperiment {
                 "{directory}: is not finished; `oneiro resume` continues it"
             )));
         }
-        let again = again(self, run.seed, engine, bars)?.run();
+        let again = again(self, run.seed, engine, bars)?;
         let problem = difference(&again, run.directory)?;
         let text = match &problem {
             None => format!("{directory}: as recorded, all of it, on {}", engine.name()),

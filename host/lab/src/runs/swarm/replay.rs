@@ -44,7 +44,7 @@ pub(super) fn run(
     taken::check(replay)?;
     let job = again(experiment, recorded.seed, engine, bars)?;
     let run = job.run();
-    if let Some(problem) = difference(&run, recorded.directory)? {
+    if let Some(problem) = difference(&job, recorded.directory)? {
         return Err(Failure::failed(format_args!(
             "{}: {problem}",
             recorded.directory.display()

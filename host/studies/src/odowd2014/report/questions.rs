@@ -8,7 +8,7 @@ use oneiro_report::page::{Cell, Head, Row, paragraph, table};
 use oneiro_statistics::mean;
 
 use super::measures::S0;
-use crate::odowd2014::measures::{ALL, LATE};
+use crate::odowd2014::measures::{ALL, LATE, convergence_interval};
 use crate::odowd2014::results::{Question, Results, Run};
 
 /// Columns of the table of open questions.
@@ -46,9 +46,6 @@ pub(super) static COLUMNS: [Column; 12] = [
     ),
 ];
 
-/// Intervals that a fraction is averaged over.
-const TOGETHER: usize = 5;
-
 /// Results for one of the questions.
 struct Answer {
     food_per_robot: f64,
@@ -72,24 +69,6 @@ fn answer(question: &Question) -> Answer {
         heard: each(|robot| f64::from(robot.heard)),
         reached: each(|robot| f64::from(robot.reached)) / robots,
     }
-}
-
-/// First interval from which more than half of the simulators have the light over the nest, as the mean over runs and
-/// five intervals.
-pub(super) fn convergence_interval(runs: &[Run]) -> Option<usize> {
-    let intervals = runs.iter().map(|run| run.intervals.len()).min()?;
-    let share = |first: usize| {
-        let shares: Vec<f64> = runs
-            .iter()
-            .map(|run| run.share(Light::OverNest, first..first + TOGETHER))
-            .collect();
-        mean(&shares)
-    };
-    let below = (0..(intervals + 1).saturating_sub(TOGETHER))
-        .rev()
-        .find(|&first| share(first) <= 0.5);
-    let first = below.map_or(0, |last| last + 1);
-    (first + TOGETHER <= intervals).then_some(first)
 }
 
 /// The paper's open questions as a table; empty if they were not run.

@@ -1,7 +1,10 @@
-//! Figures 1 to 4: the loop on a robot, the scenarios, the controller, and the arena with its robots.
+//! Tables 1 and 2: what genes stand for. Figures 1 to 4: the loop on a robot, the scenarios, the controller, and the arena with its robots.
 
+use std::ops::RangeInclusive;
+
+use oneiro::foraging::Light;
 use oneiro_report::figures;
-use oneiro_report::page::figure;
+use oneiro_report::page::{Cell, Head, Row, figure, table};
 
 use super::Report;
 
@@ -46,5 +49,63 @@ pub(super) fn html(study: &Report<'_>) -> String {
             &figures::foragers("The arena and its robots", study.foragers),
         ),
     ];
-    figures.concat()
+    tables() + &figures.concat()
+}
+
+/// The three ranges of a gene in the paper, in hundredths.
+const RANGES: [RangeInclusive<u32>; 3] = [0..=32, 33..=65, 66..=99];
+
+/// The paper's tables of genes, next to what genes stand for here.
+fn tables() -> String {
+    let range = |range: &RangeInclusive<u32>| {
+        format!(
+            "[{:.2} : {:.2}]",
+            f64::from(*range.start()) / 100.0,
+            f64::from(*range.end()) / 100.0
+        )
+    };
+    let behaviours = [
+        ("negative phototaxis", "flee the light"),
+        ("random search", "search at random"),
+        ("positive phototaxis", "seek the light"),
+    ];
+    let rows = RANGES.iter().zip(behaviours).map(|(of, (paper, here))| {
+        let cells = [range(of), paper.to_owned(), paper.to_owned(), here.to_owned()];
+        Row::from(Vec::from(cells.map(|cell| Cell::text(&cell))))
+    });
+    let head = [
+        "Value",
+        "paper: G0 (Food = True)",
+        "paper: G1 (Food = False)",
+        "here, both",
+    ]
+    .map(Head::Text);
+    let words = "Table 1 of the paper, and what the two genes of a controller stand for here. Phototaxis acts where the brightest light \
+                 sensor reads at least the threshold of the assumptions; below it the robot searches at random.";
+    let first = table("", words, &head, &rows.collect::<Vec<_>>());
+    let rows = RANGES
+        .iter()
+        .zip(["Light Opposite Nest", "No Light", "Light Over Nest"])
+        .map(|(of, paper)| {
+            let cells = [range(of), paper.to_owned(), lights(of).join(", ")];
+            Row::from(Vec::from(cells.map(|cell| Cell::text(&cell))))
+        });
+    let head = ["Value", "paper: S0", "here"].map(Head::Text);
+    let words = "Table 2 of the paper, and what the gene of a simulator stands for here.";
+    first + &table("", words, &head, &rows.collect::<Vec<_>>())
+}
+
+/// The lights that the genes of a range have here.
+fn lights(range: &RangeInclusive<u32>) -> Vec<&'static str> {
+    let mut all: Vec<Light> = range
+        .clone()
+        .map(|hundredths| Light::of_gene((f64::from(hundredths) / 100.0) as f32 + 0.001))
+        .collect();
+    all.dedup();
+    let words = |light: &Light| match light {
+        Light::OppositeNest => "light opposite the nest",
+        Light::Nowhere => "no light",
+        Light::OverNest => "light over the nest",
+    };
+    all.iter().map(words).collect()
 }

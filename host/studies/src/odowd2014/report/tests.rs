@@ -3,9 +3,9 @@ use oneiro::random::pcg4d;
 use oneiro_report::page::check::{outside, part, unbalanced};
 
 use super::measures::{self, runs_of};
-use super::questions;
 use super::*;
 use crate::claims::{Effect, Test};
+use crate::odowd2014::measures::convergence_interval;
 use crate::odowd2014::results::{RobotInterval, Run};
 use crate::verdict::Verdict;
 
@@ -123,11 +123,12 @@ fn full(runs: u32) -> Results {
 
 fn claims() -> Vec<Claim> {
     let table = Table::of(ODOWD2014_CLAIMS);
+    let question = |id: &str| table.claims.iter().find(|claim| claim.id() == id).unwrap().question();
     let claim = |number: u32| Claim {
         source: "section 5".into(),
         unit: "runs".into(),
         id: format!("D{number}"),
-        question: table.claims[number as usize - 1].question().into(),
+        question: question(&format!("D{number}")).into(),
         statement: format!("What the paper says <{number}> of S0 & its robots."),
         criterion: "The fraction of the right third is above the null's.".into(),
         verdict: match number % 4 {
@@ -441,9 +442,39 @@ fn convergence_is_from_when_on_most_simulators_are_right() {
         [one]
     };
     // Three of five intervals are enough.
-    assert_eq!(questions::convergence_interval(&run_with(10, 99)), Some(8));
-    assert_eq!(questions::convergence_interval(&run_with(0, 99)), Some(0));
-    assert_eq!(questions::convergence_interval(&run_with(18, 99)), None);
-    assert_eq!(questions::convergence_interval(&run_with(10, 12)), Some(9));
-    assert_eq!(questions::convergence_interval(&[]), None);
+    assert_eq!(convergence_interval(&run_with(10, 99)), Some(8));
+    assert_eq!(convergence_interval(&run_with(0, 99)), Some(0));
+    assert_eq!(convergence_interval(&run_with(18, 99)), None);
+    assert_eq!(convergence_interval(&run_with(10, 12)), Some(9));
+    assert_eq!(convergence_interval(&[]), None);
+}
+
+#[test]
+fn tables_of_genes_stand_beside_the_papers() {
+    let html = system::html(&Report {
+        results: &Results {
+            robots: ROBOTS,
+            minutes: MINUTES,
+            light_moves_minute: 25,
+            runs: 1,
+            generation_within_34_s: true,
+            combinations: Vec::new(),
+            questions: Vec::new(),
+        },
+        claims: &[],
+        foragers: &Swarm::odowd2014(ROBOTS),
+        assumptions: &[],
+        seed: 1,
+        arms: None,
+    });
+    for (paper, here) in [
+        ("Light Opposite Nest", "light opposite the nest"),
+        ("No Light", "no light"),
+        ("Light Over Nest", "light over the nest"),
+    ] {
+        let row = html.split("<tr>").find(|row| row.contains(&format!(">{paper}<")));
+        let row = row.unwrap_or_else(|| panic!("no row of {paper}"));
+        assert!(row.contains(&format!(">{here}<")), "{row}");
+    }
+    assert!(html.contains("Table 1 of the paper") && html.contains(">flee the light<"));
 }
