@@ -295,13 +295,13 @@ print("begun", flush=True)
 try:
     oneiro.run(exp, seed=1, out=sys.argv[2], backend="cpu")
 except KeyboardInterrupt as stopped:
-    print(getattr(stopped, "__notes__", ["oneiro resume"])[0].splitlines()[-1].split("run")[0].strip())
+    print(getattr(stopped, "__notes__", ['oneiro.resume("'])[0].splitlines()[-1].split("run")[0].strip())
 """
 
 
 def test_control_c_stops_a_run_that_goes_on(tmp_path):
     rest, _ = interrupted(STOPPED, AVOIDANCE, tmp_path / "run", after=2)
-    assert rest.startswith("oneiro resume")
+    assert rest.startswith('oneiro.resume("')
     run = oneiro.load_run(tmp_path / "run")
     done = len(run.generations["mean"])
     assert run.result is None and done > 0
