@@ -69,5 +69,8 @@ def replay(
                 raise InputError(f"genome: has the shape {list(genome.shape)}; allowed: [{exp.genes}], a single one")
             run = adopt(exp, genome, seed=seed or 0, out=Path(folder) / "run", trials=2, backend=backend)
             seed = None
-        page = run._native.replay(os.path.join(folder, "replay"), trial, seed, backend)
-        return Replay(Path(page).read_text(encoding="utf-8"))
+        pages = Path(folder) / "replay"
+        run._native.replay(os.fspath(pages), trial, seed, backend)
+        # Its name says which episode it is.
+        (page,) = pages.glob("*.html")
+        return Replay(page.read_text(encoding="utf-8"))

@@ -53,7 +53,7 @@ impl Run {
         done(py, || self.0.verify())
     }
 
-    fn replay(&self, py: Python<'_>, out: PathBuf, trial: u32, seed: Option<u64>, backend: &str) -> PyResult<PathBuf> {
+    fn replay(&self, py: Python<'_>, out: PathBuf, trial: u32, seed: Option<u64>, backend: &str) -> PyResult<()> {
         let (task, out) = (Task::default(), &out);
         let replayed = api::Replayed { trial, seed, out };
         watched(py, &task, None, || self.0.replay(replayed, backend, &task))

@@ -33,8 +33,9 @@ def test_a_runs_replay_is_the_programs(run, tmp_path):
     assert replay.save(tmp_path / "page.html").read_text() == replay.html
     assert "srcdoc" in replay._repr_html_()
     other = oneiro.replay(run, seed=7)
-    program("replay", run.path, "--out", tmp_path, "--seed", 7)
-    assert other.html == (tmp_path / "replay.html").read_text() != replay.html
+    program("replay", run.path, "--out", tmp_path / "other", "--seed", 7)
+    (page,) = (tmp_path / "other").glob("*.html")
+    assert other.html == page.read_text() != replay.html
     with pytest.raises(oneiro.InputError, match="no such episode"):
         oneiro.replay(run, trial=1000)
 
@@ -99,12 +100,18 @@ def test_nothing_else_is_imported():
 
 
 @pytest.mark.parametrize("name", ["khepera-avoidance", "homing", "khepera-block", "predator-prey", "line-follower"])
-def test_saved_experiments_load_again(name, tmp_path):
+def test_saved_experiments_load_again(name, tmp_path, monkeypatch):
     exp = oneiro.Experiment.example(name, set={"cycles": 77})
-    exp.save(tmp_path / "folder" / "mine.toml")
-    again = oneiro.Experiment.load(tmp_path / "folder" / "mine.toml")
+    exp.save(tmp_path / "mine.toml")
+    again = oneiro.Experiment.load(tmp_path / "mine.toml")
     assert again == exp and again.hash == exp.hash and again.cycles == 77
-    assert (tmp_path / "folder" / "mine.toml").read_text() == exp.to_toml() == again.to_toml()
+    assert (tmp_path / "mine.toml").read_text() == exp.to_toml() == again.to_toml()
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    again.save("other.toml")
+    assert oneiro.Experiment.load("other.toml") == exp
+    with pytest.raises(oneiro.StorageError, match="none/mine.toml|none/inputs"):
+        exp.save(tmp_path / "none" / "mine.toml")
 
 
 def test_other_values(tmp_path):

@@ -166,12 +166,12 @@ pub struct Replayed<'a> {
 }
 
 impl Run {
-    /// Draws an episode of its champion again, as `oneiro replay` does. Returns the page's path.
+    /// Draws an episode of its champion again, as `oneiro replay` does, on a page whose name says which episode it is.
     ///
     /// # Errors
     /// Exit 1 if it isn't finished; exit 3 for an episode or a seed that isn't allowed; exit 5 if its files aren't what was written; exit 4
     /// without such a device; exit 6 if the disk is full.
-    pub fn replay(&self, replayed: Replayed<'_>, backend: &str, task: &Task) -> Result<PathBuf> {
+    pub fn replay(&self, replayed: Replayed<'_>, backend: &str, task: &Task) -> Result {
         let Replayed { trial, seed, out } = replayed;
         check_seed(seed.unwrap_or(0))?;
         device::threaded(|| {
@@ -196,7 +196,7 @@ impl Run {
                 surrogate: None,
             };
             self.0.experiment().replay(&recorded, &replay, &engine, Bars::Hidden)?;
-            Ok(out.join("replay.html"))
+            Ok(())
         })
     }
 }
