@@ -35,7 +35,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let way = abs(apart.x) + abs(apart.y);
     return Reward(way * (1.0f - highest(now.real)) + now.outputs.x, TaskState(before.path + way));
 }
-fn task_ends(episode: Episode, own: TaskState) -> bool { return own.path > 300.0f; }
+fn task_ends(episode: Episode, own: TaskState) -> bool { return own.path > 250.0f; }
 fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
     ),
 ];
