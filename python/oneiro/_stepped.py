@@ -1,4 +1,4 @@
-"""Episodes that are commanded cycle by cycle, many at a time: what the environments of Gymnasium and of PettingZoo are made of."""
+"""Episodes that are commanded cycle by cycle, many at a time. The environments of Gymnasium and of PettingZoo use them."""
 
 from __future__ import annotations
 

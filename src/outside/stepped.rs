@@ -365,7 +365,7 @@ impl Stepped {
             );
             each.into_par_iter().with_min_len(MANY / 4).for_each(
                 |(readings, rewards, poses, fitness, cycles, ended, alive, turn, words, score)| {
-                    let episode = Place {
+                    let mut episode = Place {
                         readings,
                         rewards,
                         poses,
@@ -374,13 +374,13 @@ impl Stepped {
                         ended,
                         alive,
                     };
-                    lines.take(episode, *turn, words, *score);
+                    lines.take(&mut episode, *turn, words, *score);
                 },
             );
         } else {
             for (slot, turn) in in_slots(groups) {
                 let (episode, first) = (turn.episode, turn.episode * self.robots);
-                let place = Place {
+                let mut place = Place {
                     readings: &mut self.readings[episode * readings..][..readings],
                     rewards: &mut self.rewards[first..][..self.robots],
                     poses: &mut self.poses[first..][..self.robots],
@@ -390,7 +390,7 @@ impl Stepped {
                     alive: &mut self.alive[episode],
                 };
                 let words = &result.trace[slot * record_words..][..record_words];
-                lines.take(place, turn.cycles, words, result.fitness[slot]);
+                lines.take(&mut place, turn.cycles, words, result.fitness[slot]);
             }
         }
         if are_all {
@@ -456,7 +456,7 @@ struct Place<'a> {
 
 impl Lines<'_> {
     /// Takes an episode's lines, one of each robot, and its fitness after so many cycles.
-    fn take(&self, episode: Place<'_>, cycles: u32, words: &[u32], fitness: f32) {
+    fn take(&self, episode: &mut Place<'_>, cycles: u32, words: &[u32], fitness: f32) {
         const REWARD: usize = std::mem::offset_of!(Record, reward) / size_of::<u32>();
         // The kernel says there whether the episode has ended.
         const ENDED: usize = std::mem::offset_of!(Record, speed_right) / size_of::<u32>();
