@@ -225,9 +225,8 @@ def test_messages_are_true_of_calls(short, tmp_path):
     oneiro.run(short, seed=1, out=tmp_path / "run", backend="cpu")
     (tmp_path / "run/DONE").unlink()
     for call, words in [
-        (lambda: pettingzoo.ParallelEnv(aggregation), "the robots of robot.count"),
         (lambda: pettingzoo.ParallelEnv(short), "it has a single robot, not a swarm"),
-        (lambda: gym.VectorEnv(aggregation), "robot.count: is 10; allowed: not set"),
+        (lambda: gym.VectorEnv(aggregation), "is a swarm; allowed: single robots here"),
         (lambda: oneiro.run(short, seed=1, out=tmp_path / "other"), "name another directory as `out`"),
         (lambda: oneiro.run(short, seed=2, out=tmp_path / "run"), "holds the run of another experiment or seed"),
         (lambda: oneiro.load_run(tmp_path / "run").champion, "`oneiro.resume("),
