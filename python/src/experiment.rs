@@ -80,7 +80,7 @@ impl Experiment {
     /// The same experiment with other values for some keys, as `load` takes them.
     fn with_(&self, py: Python<'_>, set: Bound<'_, PyAny>) -> PyResult<Self> {
         let set = settings(py, Some(set))?;
-        self._with(py, set)
+        done(py, || api::Experiment::from_portable(&self.0.portable(), &set)).map(Self)
     }
 
     fn _with(&self, py: Python<'_>, set: Vec<String>) -> PyResult<Self> {
