@@ -46,7 +46,7 @@ const PIECE: usize = 4096;
 pub(crate) const KEY_WORDS: usize = episode::KEY_WORDS as usize;
 
 /// A key as the kernels read it.
-fn input_words(key: Key) -> [u32; KEY_WORDS] {
+pub(crate) fn input_words(key: Key) -> [u32; KEY_WORDS] {
     let [low, high] = key.words;
     [low, high, key.trial]
 }
@@ -365,7 +365,7 @@ impl Worlds {
     /// Finds words in the kernel's buffer `state` or `trace`, which has `words` words per slot: the index of a slot's word, given both
     /// numbers. Buffers of structs keep the words of a slot together; buffers of single words keep the same word of a group's slots
     /// together.
-    fn places(&self, buffer: &str, words: usize) -> impl Fn(usize, usize) -> usize + use<> {
+    pub(crate) fn places(&self, buffer: &str, words: usize) -> impl Fn(usize, usize) -> usize + use<> {
         let is_together = self.0.kernel.stride(buffer) != size_of::<u32>();
         move |slot, word| {
             if is_together {
@@ -376,41 +376,17 @@ impl Worlds {
         }
     }
 
-    /// One cycle of episodes in the first world, traced, each in the slot of its number: its key and its genes, which are as
-    /// many as the world takes, finite and within bounds. `states` are those of the slots in their order, with the idle ones
-    /// of the last group, or none in cycle 0.
-    pub(crate) fn cycle<const GENES: usize>(
-        &self,
-        episodes: impl ExactSizeIterator<Item = (Key, [f32; GENES])>,
-        cycle: u32,
-        states: Vec<u32>,
-        keeps_states: bool,
-    ) -> Batch {
-        debug_assert_eq!(self.0.facts[0].genes, GENES, "genes of the world");
-        let count = episodes.len();
-        let words = (KEY_WORDS + GENES) * LANES;
-        let mut inputs = vec![0; count.div_ceil(LANES) * words];
-        for (slot, (key, genes)) in episodes.enumerate() {
-            let first = slot / LANES * words + slot % LANES;
-            let fields = input_words(key).into_iter().chain(genes.map(f32::to_bits));
-            for (field, word) in fields.enumerate() {
-                inputs[first + field * LANES] = word;
-            }
-        }
-        let group = |first: usize| episode::Group {
-            world: 0,
-            rollouts: (count - first).min(LANES) as u32,
-            inputs: (first / LANES * words) as u32,
-        };
+    /// A cycle of episodes that are commanded from outside, see [`crate::stepped`]: their groups, inputs and states.
+    pub(crate) fn commanded(&self, groups: Vec<episode::Group>, inputs: Vec<u32>, states: Vec<u32>) -> Batch {
         Batch {
             worlds: self.clone(),
-            groups: (0..count).step_by(LANES).map(group).collect(),
+            slots: Vec::new(),
+            groups,
             inputs,
-            slots: (0..count as u32).collect(),
             states,
-            keeps_states,
+            keeps_states: true,
             trace_every: 1,
-            cycles: cycle..cycle + 1,
+            cycles: 0..1,
         }
     }
 

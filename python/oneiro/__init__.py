@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 _os.environ.setdefault("NODEVICE_SELECT", "1")
 
 from ._archive import Archive
+from ._arena import Arena
 from ._callbacks import Callback, log_loop, log_runs
 from ._controller import Controller
 from ._errors import (
@@ -32,14 +33,16 @@ from ._experiment import Experiment, Outcome, evaluate
 from ._machine import devices, selftest
 from ._native import __version__
 from ._recorder import Recorder
+from ._replay import Replay, replay
 from ._runs import Run, Sweep, adopt, load_run, merge, resume, run, sweep, sweep_shard
 from ._watch import Watch, watch
 
 if TYPE_CHECKING:
-    from . import gym, mlflow, pettingzoo, sb3, tensorboard, wandb
+    from . import gym, mlflow, pettingzoo, plot, sb3, tensorboard, wandb
 
 __all__ = [
     "Archive",
+    "Arena",
     "BrokenError",
     "Callback",
     "Controller",
@@ -52,6 +55,7 @@ __all__ = [
     "InputError",
     "Outcome",
     "Recorder",
+    "Replay",
     "Run",
     "ShortMemoryError",
     "StorageError",
@@ -69,6 +73,8 @@ __all__ = [
     "merge",
     "mlflow",
     "pettingzoo",
+    "plot",
+    "replay",
     "resume",
     "run",
     "sb3",
@@ -85,6 +91,7 @@ _NEEDS = {
     "gym": "pip install 'gymnasium>=1.1'",
     "mlflow": "pip install 'mlflow>=2.14'",
     "pettingzoo": "pip install 'gymnasium>=1.1' 'pettingzoo>=1.25'",
+    "plot": "pip install matplotlib",
     "sb3": "pip install 'gymnasium>=1.1' 'stable-baselines3>=2.6'",
     "tensorboard": "pip install 'tensorboard>=2.15'",
     "wandb": "pip install 'wandb>=0.20'",

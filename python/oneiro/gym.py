@@ -7,6 +7,9 @@ not used. The task or an empty battery may end an episode early, which terminate
 With the seed `s`, episode `j` of environment `i` is episode `j` of genome `i` in `oneiro.evaluate(exp, genomes, seed=s)`: a
 controller's outputs as actions, `2 * output - 1` in double precision, give the same bits of rewards and fitness. (Outputs below
 2^-29 are rounded.)
+
+Once this module is imported, the experiments that ship have ids, such as `oneiro/KheperaAvoidance-v0`; `oneiro/Experiment-v0` takes the
+argument `path`, and all take `set` and `backend`. Without an import, write `oneiro.gym:oneiro/KheperaAvoidance-v0`. Swarms are environments of PettingZoo: `oneiro.pettingzoo`.
 """
 
 from __future__ import annotations
@@ -20,84 +23,31 @@ from gymnasium.vector.utils import batch_space
 
 from . import _native
 from ._errors import InputError
-from ._experiment import whole
+from ._native import Experiment
+from ._stepped import MOTORS, Episodes
 
 if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
-    from ._native import Experiment
-
-__all__ = ["Env", "VectorEnv"]
-
-MOTORS = 2
-"""Commands of an action."""
-GREATEST_READING = 1000.0
-"""Readings of custom sensors are clipped to this magnitude."""
+__all__ = ["Env", "VectorEnv", "make", "make_vec"]
 
 
-def spaces(lives: _native.Stepped) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
-    """Space of the observations, and of the actions."""
-    own = len(lives.names) - lives.bounded
-    low = np.array([0.0] * lives.bounded + [-GREATEST_READING] * own, np.float32)
-    high = np.array([1.0] * lives.bounded + [GREATEST_READING] * own, np.float32)
-    return gymnasium.spaces.Box(low, high), gymnasium.spaces.Box(-1.0, 1.0, (MOTORS,), np.float32)
-
-
-def commands(actions: Any, lives: int) -> NDArray[np.float32]:
-    """Actions as commands, 0 to 1. In double precision, so that a command from 2^-29 on that was made an action is the same again."""
-    actions = np.asarray(actions, np.float64)
-    if actions.shape != (lives, MOTORS):
-        raise InputError(f"actions: have the shape {list(actions.shape)}; allowed: [{lives}, {MOTORS}]")
-    return (0.5 * (actions + 1.0)).astype(np.float32)
-
-
-class Lives:
-    """Episodes, and the seeds of the next ones."""
-
-    def __init__(self, exp: Experiment, count: int, backend: str) -> None:
-        self.native = _native.Stepped(exp, whole("num_envs", count, 1), backend)
-        self.count = count
-        self.seeds: NDArray[np.uint64] | None = None
-        # For each environment the number of the genome, and that of the episode.
-        self.numbers = np.zeros((count, 2), np.uint64)
-
-    def seed(self, seed: int | list[int | None] | tuple[int | None, ...] | None) -> NDArray[np.bool_]:
-        """Sets the seeds of the next episodes. Returns which are new; the others continue with their next episode."""
-        new = np.zeros(self.count, bool)
-        if self.seeds is None:
-            self.seeds = np.random.default_rng().integers(2**63, size=self.count, dtype=np.uint64)
-            self.numbers[:, 1] = 0
-            new[:] = True
-        if seed is None:
-            return new
-        if isinstance(seed, (list, tuple)):
-            if len(seed) != self.count:
-                raise InputError(f"seed: has {len(seed)} seeds; allowed: {self.count}, or one")
-            for life, own in enumerate(seed):
-                if own is not None:
-                    self.seeds[life] = whole("seed", own)
-                    self.numbers[life] = 0
-                    new[life] = True
-            return new
-        self.seeds[:] = whole("seed", seed)
-        self.numbers[:, 0] = np.arange(self.count)
-        self.numbers[:, 1] = 0
-        new[:] = True
-        return new
-
-    def begin(self, which: NDArray[np.bool_], new: NDArray[np.bool_] | None = None) -> None:
-        """Begins episodes: new ones by their seeds, the others with their next number."""
-        assert self.seeds is not None
-        self.numbers[which if new is None else which & ~new, 1] += np.uint64(1)
-        who = np.flatnonzero(which).astype(np.uintp)
-        self.native.begin(who, self.seeds[which], self.numbers[which])
+def _single(exp: Experiment, count: int, backend: str, mode: str | AutoresetMode = AutoresetMode.NEXT_STEP) -> Episodes:
+    """Episodes of single robots."""
+    if "robot.count" in exp.settings:
+        raise InputError(f"{exp.name}: is a swarm; allowed: single robots here, and swarms in oneiro.pettingzoo")
+    return Episodes(exp, count, backend, mode)
 
 
 class VectorEnv(gymnasium.vector.VectorEnv):
     """Many environments, stepped together in the simulator's kernels.
 
-    `infos` has the `fitness` of episodes that end with this step, and the mask `_fitness`; with `SAME_STEP` these are in
-    `final_info`, beside `final_obs`. Observations are new arrays in every step. Readings of a terminated episode are 0.
+    `infos` has the `fitness` of episodes that end with this step, their last `pose` (x and y in mm, and the heading in turns) and the
+    masks `_fitness` and `_pose`; with `SAME_STEP` these are in `final_info`, beside `final_obs`. Observations are new arrays in every
+    step. Readings of a terminated episode are 0.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}
@@ -110,18 +60,15 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         *,
         backend: str = "cpu",
     ) -> None:
-        self._lives = Lives(exp, num_envs, backend)
+        self._episodes = _single(exp, num_envs, backend, autoreset_mode)
         self.exp = exp
         self.num_envs = num_envs
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.autoreset_mode = self._episodes.mode
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = None
-        self.single_observation_space, self.single_action_space = spaces(self._lives.native)
+        self.single_observation_space, self.single_action_space = self._episodes.spaces()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._length = self._lives.native.length
-        self._done = np.zeros(num_envs, bool)
-        self._begun = np.zeros(num_envs, bool)
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -130,51 +77,45 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
         One seed gives each environment different starts and noise; with a list, each has those of a single `Env` with that seed.
         """
-        mask = np.ones(self.num_envs, bool)
-        if options and "reset_mask" in options:
-            mask = options["reset_mask"]
-            if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
-                raise InputError(f"options: reset_mask isn't allowed; allowed: a boolean array, [{self.num_envs}]")
-            if not mask.any():
-                raise InputError("options: reset_mask is False throughout; allowed: at least one True")
-        new = self._lives.seed(seed)
-        self._lives.begin(mask, new | ~self._begun)
-        self._begun |= mask
-        self._done &= ~mask
-        return self._lives.native.state()[0], {}
+        self._episodes.reset(seed, options)
+        return self._episodes.native.state()[0][:, 0], {}
 
     def step(
         self, actions: Any
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Steps all episodes by one cycle. Ended ones restart according to `autoreset_mode`."""
-        if not self._begun.all():
-            raise InputError("step: some environments haven't begun; allowed: after reset")
-        told = commands(actions, self.num_envs)
-        lives = self._lives
-        if not self._done.any():
-            lives.native.step(None, told)
-        elif self.autoreset_mode is AutoresetMode.NEXT_STEP:
-            who = np.flatnonzero(~self._done).astype(np.uintp)
-            lives.native.step(who, told[~self._done])
-            lives.begin(self._done)
-        else:
-            raise InputError("step: some episodes have ended; allowed: after reset with options={'reset_mask': ..}")
-        observations, rewards, fitness, cycles, ended = lives.native.state()
-        truncated = (cycles == self._length) & ~ended
-        self._done = ended | truncated
-        infos: dict[str, Any] = {}
-        if self._done.any():
-            done = self._done.copy()
-            infos = {"fitness": np.where(done, fitness, np.float32(0)), "_fitness": done}
-            if self.autoreset_mode is AutoresetMode.SAME_STEP:
-                final = np.full(self.num_envs, None, object)
-                for life in np.flatnonzero(done):
-                    final[life] = observations[life].copy()
-                infos = {"final_obs": final, "_final_obs": done, "final_info": infos, "_final_info": done.copy()}
-                lives.begin(done)
-                observations = lives.native.state()[0]
-                self._done = np.zeros(self.num_envs, bool)
-        return observations, rewards, ended, truncated, infos
+        episodes = self._episodes
+        observations, rewards, ended, truncated, infos = episodes.step(
+            episodes.actions(actions, (self.num_envs, MOTORS))
+        )
+        if infos:
+            # Of the one robot.
+            final = infos.get("final_info", infos)
+            final["pose"] = final["pose"][:, 0]
+            for episode in np.flatnonzero(infos.get("_final_obs", ())):
+                infos["final_obs"][episode] = infos["final_obs"][episode][0]
+        return observations[:, 0], rewards[:, 0], ended, truncated, infos
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Calls each environment's method, or returns each one's attribute: those that `get_attr` has, and `render`."""
+        if name == "render":
+            return (None,) * self.num_envs
+        values = self.get_attr(name)
+        return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each environment: its `fitness` so far, `cycles` that have passed, its `pose`, or what all have."""
+        native = self._episodes.native
+        _, _, fitness, cycles, _ = native.state()
+        own = {"fitness": fitness, "cycles": cycles, "pose": native.poses()[:, 0]}
+        if name in own:
+            return tuple(own[name])
+        spaces = {"observation_space": self.single_observation_space, "action_space": self.single_action_space}
+        return (spaces[name] if name in spaces else getattr(self, name),) * self.num_envs
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Attributes of single environments can't be set."""
+        raise NotImplementedError("the environments share one object, whose attributes can't be set")
 
 
 class Env(gymnasium.Env):
@@ -183,25 +124,69 @@ class Env(gymnasium.Env):
     metadata: dict[str, Any] = {"render_modes": []}
 
     def __init__(self, exp: Experiment, *, backend: str = "cpu") -> None:
-        self._lives = Lives(exp, 1, backend)
+        self._episodes = _single(exp, 1, backend, AutoresetMode.DISABLED)
         self.exp = exp
         self.render_mode = None
-        self.observation_space, self.action_space = spaces(self._lives.native)
-        self._length = self._lives.native.length
+        self.observation_space, self.action_space = self._episodes.spaces()
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins an episode: with a seed its first one, otherwise the next."""
         super().reset(seed=seed)
-        self._lives.begin(np.ones(1, bool), self._lives.seed(seed))
-        return self._lives.native.state()[0][0], {}
+        self._episodes.reset(seed, None)
+        return self._episodes.native.state()[0][0, 0], {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Steps the episode by one cycle. At its end `info` has its `fitness`."""
-        self._lives.native.step(None, commands(np.asarray(action)[None], 1))
-        observations, rewards, fitness, cycles, ended = self._lives.native.state()
-        terminated = bool(ended[0])
-        truncated = bool(cycles[0] == self._length) and not terminated
-        info = {"fitness": float(fitness[0])} if terminated or truncated else {}
-        return observations[0], float(rewards[0]), terminated, truncated, info
+        """Steps the episode by one cycle. At its end `info` has its `fitness` and its last `pose`."""
+        episodes = self._episodes
+        observations, rewards, ended, truncated, infos = episodes.step(episodes.actions(action, (MOTORS,)))
+        info = {"fitness": float(infos["fitness"][0]), "pose": infos["pose"][0, 0]} if infos else {}
+        return observations[0, 0], float(rewards[0, 0]), bool(ended[0]), bool(truncated[0]), info
+
+
+def _experiment(
+    experiment: str | None, path: str | os.PathLike[str] | None, set: Mapping[str, Any] | None
+) -> Experiment:
+    if (experiment is None) == (path is None):
+        raise InputError("make: takes `path`, of an experiment's file; allowed: one of `path` and `experiment`, a name")
+    return Experiment.load(path, set) if path is not None else Experiment.example(str(experiment), set)
+
+
+def make(
+    experiment: str | None = None,
+    path: str | os.PathLike[str] | None = None,
+    set: Mapping[str, Any] | None = None,
+    *,
+    backend: str = "cpu",
+) -> Env:
+    """The environment of an experiment that ships, or of a file; called by `gymnasium.make`."""
+    return Env(_experiment(experiment, path, set), backend=backend)
+
+
+def make_vec(
+    num_envs: int = 1,
+    experiment: str | None = None,
+    path: str | os.PathLike[str] | None = None,
+    set: Mapping[str, Any] | None = None,
+    *,
+    autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+    backend: str = "cpu",
+) -> VectorEnv:
+    """Many of them; called by `gymnasium.make_vec`."""
+    return VectorEnv(_experiment(experiment, path, set), num_envs, autoreset_mode, backend=backend)
+
+
+def _register() -> None:
+    """Registers ids. Gymnasium 1 asks no package for its environments: they are there once this module is imported."""
+    for experiment in [None, *_native.examples_of_single_robots()]:
+        name = "".join(word.capitalize() for word in (experiment or "experiment").split("-"))
+        gymnasium.register(
+            id=f"oneiro/{name}-v0",
+            entry_point="oneiro.gym:make",
+            vector_entry_point="oneiro.gym:make_vec",
+            kwargs={} if experiment is None else {"experiment": experiment},
+        )
+
+
+_register()

@@ -30,6 +30,11 @@ fn settings(py: Python<'_>, set: Option<Bound<'_, PyAny>>) -> PyResult<Vec<Strin
     settings.call1((set,))?.extract()
 }
 
+/// A row for each object.
+fn rows<'py, const N: usize>(py: Python<'py>, objects: &[[f32; N]]) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    PyArray1::from_slice(py, objects.as_flattened()).reshape([objects.len(), N])
+}
+
 #[pymethods]
 impl Experiment {
     /// Reads an experiment's file, with other values for some keys, as `--set` does: `{"evolution.population": 50}`.
@@ -72,7 +77,12 @@ impl Experiment {
         done(py, || self.0.adopting(genomes, trials)).map(Self)
     }
 
-    /// It again, with other values.
+    /// The same experiment with other values for some keys, as `load` takes them.
+    fn with_(&self, py: Python<'_>, set: Bound<'_, PyAny>) -> PyResult<Self> {
+        let set = settings(py, Some(set))?;
+        done(py, || api::Experiment::from_portable(&self.0.portable(), &set)).map(Self)
+    }
+
     fn _with(&self, py: Python<'_>, set: Vec<String>) -> PyResult<Self> {
         done(py, || api::Experiment::from_portable(&self.0.portable(), &set)).map(Self)
     }
@@ -193,10 +203,44 @@ impl Experiment {
             .call1((ok(py, self.0.settings())?,))
     }
 
-    /// The experiment as TOML with all defaults. Files have their names in a run's directory.
+    /// The experiment as TOML with all defaults. `save` also writes the files that it names.
     fn to_toml(&self) -> String {
         self.0.to_toml()
     }
+
+    /// Writes `to_toml` to a file, and the files that it names to `inputs/` in the same folder: `load` then has an equal experiment.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        done(py, || self.0.save(&path))
+    }
+
+    /// Walls, objects, lights and the floor, as arrays.
+    #[getter]
+    fn arena<'py>(own: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let py = own.py();
+        let api::Arena {
+            field,
+            walls,
+            circles,
+            blocks,
+            patches,
+            lights,
+        } = ok(py, own.get().0.arena())?;
+        let made = (
+            field,
+            rows(py, &walls)?,
+            rows(py, &circles)?,
+            rows(py, &blocks)?,
+            rows(py, &patches)?,
+            rows(py, &lights)?,
+        );
+        py.import("oneiro._arena")?.getattr("made")?.call1(made)
+    }
+}
+
+/// Names of the experiments that ship with a single robot each.
+#[pyfunction]
+pub(crate) fn examples_of_single_robots(py: Python<'_>) -> PyResult<Vec<&'static str>> {
+    ok(py, api::examples_of_single_robots())
 }
 
 /// Fitness, measures and traces of genomes, and what they were computed by.

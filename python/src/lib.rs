@@ -142,6 +142,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(devices, module)?)?;
     module.add_function(wrap_pyfunction!(selftest, module)?)?;
     module.add_function(wrap_pyfunction!(experiment::evaluate, module)?)?;
+    module.add_function(wrap_pyfunction!(experiment::examples_of_single_robots, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::run, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::resume, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::merge, module)?)?;

@@ -53,6 +53,12 @@ impl Run {
         done(py, || self.0.verify())
     }
 
+    fn replay(&self, py: Python<'_>, out: PathBuf, trial: u32, seed: Option<u64>, backend: &str) -> PyResult<()> {
+        let (task, out) = (Task::default(), &out);
+        let replayed = api::Replayed { trial, seed, out };
+        watched(py, &task, None, || self.0.replay(replayed, backend, &task))
+    }
+
     fn audit(&self, py: Python<'_>, share: f64, backend: &str) -> PyResult<String> {
         let task = Task::default();
         watched(py, &task, None, || self.0.audit(share, backend, &task))

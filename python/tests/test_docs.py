@@ -14,13 +14,14 @@ from oneiro._runs import Champion
 TEXT = (ROOT / "docs/python.md").read_text()
 # What a section is about, whose members it writes with a point before their names.
 SECTIONS = {
-    "Experiments": [oneiro.Experiment],
+    "Experiments": [oneiro.Experiment, oneiro.Arena],
     "Evaluating genomes": [oneiro.Outcome],
     "Evolutions": [oneiro.Evolution, oneiro.Archive],
     "Runs and sweeps": [oneiro.Run, oneiro.Sweep, Champion],
     "Controllers alone": [oneiro.Controller],
     "Notebooks": [oneiro.Watch],
     "Callbacks": [oneiro.Callback],
+    "Pictures": [oneiro.Replay],
     "With others' optimisers": [oneiro.Recorder],
     "Exceptions": [oneiro.Error],
 }

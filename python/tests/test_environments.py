@@ -1,6 +1,9 @@
 """Environments: the simulator's lives, and the interfaces as their own checkers have them."""
 
 import pickle
+import re
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -11,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import oneiro
-from oneiro.gym import Env, VectorEnv, commands
+from oneiro.gym import Env, VectorEnv
 
 MODES = list(AutoresetMode)
 
@@ -101,11 +104,6 @@ def test_a_life_that_ends_in_its_last_cycle_is_terminated(ending):
     assert truncated.any() and not (terminated & truncated).any()
 
 
-def test_outputs_that_become_actions_are_the_same_commands():
-    outputs = np.maximum(np.random.default_rng(1).random((1000, 2), np.float32) ** 4, np.float32(2.0**-29))
-    assert (commands(2.0 * outputs.astype(np.float64) - 1.0, 1000) == outputs).all()
-
-
 def test_observations_are_new(kheperax):
     envs = VectorEnv(kheperax, 3)
     first, _ = envs.reset(seed=1)
@@ -151,6 +149,14 @@ def test_what_is_refused(avoidance):
         VectorEnv(avoidance, 0)
     with pytest.raises(oneiro.InputError, match="is of the foraging study"):
         VectorEnv(oneiro.Experiment.load(EXPERIMENTS / "odowd2014-over.toml"))
+    with pytest.raises(
+        oneiro.InputError, match="is a swarm; allowed: single robots here, and swarms in oneiro.pettingzoo"
+    ):
+        VectorEnv(oneiro.Experiment.load(EXPERIMENTS / "aggregation.toml"))
+    with pytest.raises(oneiro.InputError, match="actions: have the shape"):
+        Env(avoidance).step(np.zeros(3))
+    with pytest.raises(NotImplementedError):
+        envs.set_attr("exp", [1, 2])
 
 
 @pytest.mark.parametrize("name", ["avoidance", "ending", "kheperax"])
@@ -190,6 +196,182 @@ def test_wrappers_of_gymnasium(kheperax):
     assert infos["episode"]["l"].tolist() == [30, 30]
 
 
+def test_outputs_that_become_actions_are_the_same_commands(kheperax):
+    """Also as the least that isn't rounded, in another order of bytes and of axes; and only those actions are."""
+    outputs = np.array([[2.0**-29, 0.3], [0.7, 1.0], [0.5, 0.0]], np.float32)
+    told = 2.0 * outputs.astype(np.float64) - 1.0
+    seen = []
+    for actions in [told, told.tolist(), told.astype(">f8"), np.asfortranarray(told), np.nextafter(told, 0.0)[:, ::-1]]:
+        envs = VectorEnv(kheperax, 3)
+        envs.reset(seed=1)
+        for _ in range(10):
+            observations, *_ = envs.step(actions)
+        seen.append([observations, np.stack(envs.get_attr("pose"))])
+    for observations, poses in seen[1:4]:
+        assert (observations == seen[0][0]).all() and (poses == seen[0][1]).all()
+    assert (seen[4][1] != seen[0][1]).any()
+
+
+def test_episodes_that_end_have_their_fitness_and_pose(kheperax):
+    """The pose is where the episode's measures say that it ended."""
+    genomes = np.random.default_rng(5).uniform(-3, 3, (6, kheperax.genes)).astype(np.float32)
+    measures = ["end_x_mm", "end_y_mm"]
+    outcome = oneiro.evaluate(kheperax, genomes, seed=7, descriptors=measures, traces=True, backend="cpu")
+    for mode in MODES:
+        envs = VectorEnv(kheperax, 6, mode)
+        envs.reset(seed=7)
+        for cycle in range(30):
+            trace = outcome.traces[:, 0, cycle]
+            told = 2.0 * np.stack([trace["output_left"], trace["output_right"]], axis=1).astype(np.float64) - 1.0
+            *_, infos = envs.step(told)
+        final = infos["final_info"] if mode is AutoresetMode.SAME_STEP else infos
+        assert final["_pose"].all() and (final["pose"][:, :2] == outcome.descriptors[:, 0]).all()
+        if mode is AutoresetMode.NEXT_STEP:
+            assert envs.get_attr("fitness") == tuple(outcome.fitness[:, 0])
+            assert (np.stack(envs.call("pose")) == final["pose"]).all()
+    env = Env(kheperax)
+    env.reset(seed=7)
+    for cycle in range(30):
+        trace = outcome.traces[0, 0, cycle]
+        told = 2.0 * np.array([trace["output_left"], trace["output_right"]], np.float64) - 1.0
+        *_, info = env.step(told)
+    assert info["fitness"] == outcome.fitness[0, 0] and (info["pose"][:2] == outcome.descriptors[0, 0]).all()
+
+
+def test_attributes_of_each(kheperax):
+    envs = VectorEnv(kheperax, 3)
+    envs.reset(seed=1)
+    envs.step(envs.action_space.sample())
+    assert envs.get_attr("cycles") == (1, 1, 1)
+    assert envs.call("observation_space") == (envs.single_observation_space,) * 3
+    assert envs.get_attr("exp") == (kheperax,) * 3 and envs.call("render") == (None,) * 3
+    with pytest.raises(AttributeError):
+        envs.get_attr("nothing")
+
+
+def ids():
+    return {name for name in gymnasium.registry if name.startswith("oneiro/")}
+
+
+def test_ids_of_gymnasium(kheperax):
+    """Each experiment that ships with a single robot has one."""
+    single = []
+    for path in EXPERIMENTS.glob("*.toml"):
+        text = path.read_text()
+        if "[swarm]" not in text and not is_swarm(text) and path.stem != "Cargo":
+            single.append("".join(word.capitalize() for word in path.stem.split("-")))
+    assert ids() == {f"oneiro/{name}-v0" for name in ["Experiment", *single]} and len(single) > 10
+    env = gymnasium.make("oneiro/Kheperax-v0", set={"cycles": 30})
+    assert env.unwrapped.exp == kheperax and (env.reset(seed=1)[0] == Env(kheperax).reset(seed=1)[0]).all()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make("oneiro/Kheperax-v0").unwrapped, skip_render_check=True)
+    path = EXPERIMENTS / "kheperax.toml"
+    envs = gymnasium.make_vec(
+        "oneiro/Experiment-v0", num_envs=3, path=path, set={"cycles": 30}, autoreset_mode="SameStep"
+    )
+    assert isinstance(envs, VectorEnv) and envs.autoreset_mode is AutoresetMode.SAME_STEP
+    assert (envs.reset(seed=4)[0] == VectorEnv(kheperax, 3).reset(seed=4)[0]).all()
+    with pytest.raises(oneiro.InputError, match="allowed: one of `path` and `experiment`"):
+        gymnasium.make("oneiro/Experiment-v0")
+    code = "import gymnasium; print(gymnasium.make('oneiro.gym:oneiro/Kheperax-v0').spec.id)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "oneiro/Kheperax-v0\n"
+
+
+def is_swarm(text):
+    return re.search(r"^\[robot\]\n[^\[]*^count = ", text, re.MULTILINE) is not None
+
+
+SWARMS = sorted(path.stem for path in EXPERIMENTS.glob("*.toml") if is_swarm(path.read_text()))
+
+
+def test_there_are_swarms():
+    assert len(SWARMS) >= 14
+
+
+@pytest.mark.parametrize("name", SWARMS)
+def test_a_swarms_controllers_have_its_fitness(name):
+    """Controllers that stand alone, each with a robot's readings, have the fitness of the episode in the simulator."""
+    exp = oneiro.Experiment.load(EXPERIMENTS / f"{name}.toml", set={"cycles": 45})
+    # Each robot's controller is compiled.
+    exp = exp.with_({"robot.count": min(exp.settings["robot.count"], 4)})
+    arenas = 2
+    limits = np.clip(exp.bounds, -4, 4)
+    genomes = np.random.default_rng(5).uniform(*limits.T, (arenas, exp.genes)).astype(np.float32)
+    expected = oneiro.evaluate(exp, genomes, seed=3, backend="cpu").fitness[:, 0]
+    envs, env = oneiro.pettingzoo.VectorEnv(exp, arenas, "Disabled"), oneiro.pettingzoo.ParallelEnv(exp)
+    observations, _ = envs.reset(seed=3)
+    first, _ = env.reset(seed=3)
+    assert (env.state() == envs.state()[0]).all() and env.state().any()
+    controllers = [oneiro.Controller(exp, genomes, number=robot) for robot in range(envs.robots)]
+    for controller in controllers:
+        controller.reset(seed=3, keys=np.arange(arenas))
+    fitness = {}
+    while len(fitness) < arenas:
+        outputs = np.stack([each.step(observations[:, robot]) for robot, each in enumerate(controllers)], axis=1)
+        told = 2.0 * outputs.astype(np.float64) - 1.0
+        if env.agents:
+            assert (np.stack(list(first.values())) == observations[0]).all()
+            first, alone, *_, info = env.step(dict(zip(env.agents, told[0], strict=True)))
+        observations, rewards, terminated, truncated, infos = envs.step(told)
+        assert 0 in fitness or list(alone.values()) == rewards[0].tolist()
+        done = terminated | truncated
+        if done.any():
+            assert infos["pose"].shape == (arenas, envs.robots, 3)
+            fitness |= {int(arena): infos["fitness"][arena] for arena in np.flatnonzero(done) if arena not in fitness}
+            # The others go on; those that begin anew are not compared.
+            observations, _ = envs.reset(options={"reset_mask": done})
+    assert [fitness[arena] for arena in range(arenas)] == expected.tolist()
+    assert info["robot_0"]["fitness"] == expected[0] and not env.agents
+
+
+def test_rewards_of_robots():
+    """A mission's rewards are everyone's; those of a task are each robot's; a score that is no sum of rewards rewards its changes."""
+
+    def earned(name):
+        exp = oneiro.Experiment.load(EXPERIMENTS / f"{name}.toml", set={"cycles": 60})
+        envs = oneiro.pettingzoo.VectorEnv(exp, 4, "SameStep")
+        envs.reset(seed=1)
+        rng, sums = np.random.default_rng(1), np.zeros((4, envs.robots))
+        for _ in range(60):
+            *_, infos = (step := envs.step(rng.uniform(-1, 1, (4, envs.robots, 2))))
+            sums += step[1]
+        return sums, infos["final_info"]["fitness"]
+
+    shared, fitness = earned("aggregation")
+    assert (shared == shared[:, :1]).all() and np.allclose(shared[:, 0], fitness, rtol=1e-5) and (fitness < 0).all()
+    exp = oneiro.Experiment.load(EXPERIMENTS / "evostick-foraging.toml", set={"cycles": 400})
+    envs = oneiro.pettingzoo.VectorEnv(exp, 8, "SameStep")
+    envs.reset(seed=1)
+    sums = np.zeros((8, envs.robots))
+    for cycle in range(400):
+        told = np.full((8, envs.robots, 2), 1.0)
+        told[:, :, 1] = 1.0 - 0.8 * (cycle // 40 % 2)
+        *_, infos = (step := envs.step(told))
+        sums += step[1]
+    assert (sums.sum(axis=1) == infos["final_info"]["fitness"]).all() and sums.any() and (sums != sums[:, :1]).any()
+    scored, fitness = earned("gather")
+    assert (scored == scored[:, :1]).all() and scored.any() and (scored[:, 0] <= fitness).all()
+
+
+def test_a_swarms_environment_passes_pettingzoos_tests():
+    pettingzoo = pytest.importorskip("pettingzoo.test")
+    exp = oneiro.Experiment.load(EXPERIMENTS / "gather.toml", set={"robot.count": 3, "cycles": 30})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pettingzoo.parallel_api_test(oneiro.pettingzoo.ParallelEnv(exp), num_cycles=70)
+        pettingzoo.parallel_seed_test(lambda: oneiro.pettingzoo.ParallelEnv(exp), num_cycles=20)
+    env = oneiro.pettingzoo.ParallelEnv(exp)
+    env.reset(seed=1)
+    assert env.state().shape == env.state_space.shape == (3, 3)
+    assert env.possible_agents == ["robot_0", "robot_1", "robot_2"] and len(env.readings) == 4
+    with pytest.raises(oneiro.InputError, match="allowed: ParallelEnv"):
+        oneiro.pettingzoo.VectorEnv(oneiro.Experiment.load(EXPERIMENTS / "odowd2014-over.toml"))
+    with pytest.raises(oneiro.InputError, match="it has a single robot, not a swarm"):
+        oneiro.pettingzoo.VectorEnv(oneiro.Experiment.load(EXPERIMENTS / "kheperax.toml"))
+
+
 def test_pettingzoos_tests():
     pettingzoo = pytest.importorskip("pettingzoo.test")
     exp = oneiro.Experiment.load(EXPERIMENTS / "odowd2014-over.toml", set={"swarm.robots": 3, "swarm.minutes": 1})
@@ -210,6 +392,7 @@ def test_pettingzoos_tests():
     assert steps == 600 and all(truncated.values())
     assert env.step({}) == ({}, {}, {}, {}, {})
     assert len(env.readings) == 13
+    assert env.state().shape == (3, 3) and (np.abs(env.state()[:, :2]) > 1).any()
     first = env.reset(seed=1)[0]
     following, again = env.reset()[0], env.reset(seed=1)[0]
     assert any((first[agent] != following[agent]).any() for agent in env.agents)

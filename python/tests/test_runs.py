@@ -225,9 +225,8 @@ def test_messages_are_true_of_calls(short, tmp_path):
     oneiro.run(short, seed=1, out=tmp_path / "run", backend="cpu")
     (tmp_path / "run/DONE").unlink()
     for call, words in [
-        (lambda: pettingzoo.ParallelEnv(aggregation), "the robots of robot.count"),
         (lambda: pettingzoo.ParallelEnv(short), "it has a single robot, not a swarm"),
-        (lambda: gym.VectorEnv(aggregation), "robot.count: is 10; allowed: not set"),
+        (lambda: gym.VectorEnv(aggregation), "is a swarm; allowed: single robots here"),
         (lambda: oneiro.run(short, seed=1, out=tmp_path / "other"), "name another directory as `out`"),
         (lambda: oneiro.run(short, seed=2, out=tmp_path / "run"), "holds the run of another experiment or seed"),
         (lambda: oneiro.load_run(tmp_path / "run").champion, "`oneiro.resume("),
@@ -295,13 +294,13 @@ print("begun", flush=True)
 try:
     oneiro.run(exp, seed=1, out=sys.argv[2], backend="cpu")
 except KeyboardInterrupt as stopped:
-    print(getattr(stopped, "__notes__", ["oneiro resume"])[0].splitlines()[-1].split("run")[0].strip())
+    print(getattr(stopped, "__notes__", ['oneiro.resume("'])[0].splitlines()[-1].split("run")[0].strip())
 """
 
 
 def test_control_c_stops_a_run_that_goes_on(tmp_path):
     rest, _ = interrupted(STOPPED, AVOIDANCE, tmp_path / "run", after=2)
-    assert rest.startswith("oneiro resume")
+    assert rest.startswith('oneiro.resume("')
     run = oneiro.load_run(tmp_path / "run")
     done = len(run.generations["mean"])
     assert run.result is None and done > 0

@@ -1,6 +1,6 @@
 //! Episodes whose wheels are commanded from outside, cycle by cycle: the simulator as an environment for reinforcement learning, or
-//! for a controller in another language. Sensors, motion and task run in the same kernels as whole episodes: with a controller's
-//! commands, an episode has the same bits as that controller's episode.
+//! for a controller in another language. Sensors, motion and task run in the same code as whole episodes: with a controller's
+//! commands, an episode has the same bits as that controller's episode. In a swarm each robot is commanded.
 //!
 //! ```
 //! use oneiro::cpu::Cpu;
@@ -19,20 +19,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use oneiro_shaders::episode::{Group, Record};
+use rayon::prelude::*;
 
-use oneiro_shaders::episode::Record;
-
-use crate::batch::{GREATEST_GENE, LANES, LEAST_GENE, WorldKind, Worlds};
+use crate::batch::{GREATEST_GENE, KEY_WORDS, LANES, LEAST_GENE, PartResult, Worlds, input_words};
+use crate::differential::Genomes;
 use crate::evaluator::{Control, Evaluator};
 pub use crate::outside::reported::Error;
 use crate::parameter::Invalid;
-use crate::parts::compose::{DetailKind, Kind, OwnPart, Part};
+use crate::parts::compose::DetailKind;
 use crate::random::Key;
-use crate::world::{Controller, World, WorldSpec};
+use crate::world::{Build, Controller, World, WorldSpec};
 
-/// Commands of a cycle: the left and the right motor's.
+/// Commands of a robot in a cycle: the left and the right motor's.
 pub const COMMANDS: usize = 2;
 
 /// Most cycles of a stepped episode: one less than of any other, since its sensors are also read after the last one.
@@ -41,9 +40,11 @@ pub const GREATEST_CYCLES: u32 = 999_999;
 /// Words of a record, which precede its details.
 const RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
-/// Commands of the cycle that only reads the sensors. The outputs in its record tell it from that of an episode that is over,
-/// which is all zero.
-const AHEAD: [f32; COMMANDS] = [1.0; COMMANDS];
+/// So many episodes are worth more than one thread.
+const MANY: usize = 4096;
+
+/// Genes of a robot: its commands, and the cycles that its episode has had after this one.
+const GENES: usize = COMMANDS + 1;
 
 /// Episodes in a world, in any of their cycles.
 #[derive(Debug)]
@@ -52,17 +53,22 @@ pub struct Stepped {
     worlds: Worlds,
     /// Cycles of an episode.
     length: u32,
-    /// Where the readings are in a line of a trace.
+    /// Robots of an episode.
+    robots: usize,
+    /// Where the readings are in a line.
     places: Vec<usize>,
     keys: Vec<Key>,
     /// Cycles that each episode has had.
     cycles: Vec<u32>,
     /// Whether each episode has begun, and hasn't ended.
     alive: Vec<bool>,
-    /// State of each episode, and of the idle slots that fill the last group.
+    /// State of each episode, in the slot of its number, and of the idle slots that fill the last group.
     states: Vec<u32>,
     readings: Vec<f32>,
-    rewards: Vec<f32>,
+    rewards: Vec<f64>,
+    /// Whether the mission has a score that is not the sum of all rewards.
+    is_scored: bool,
+    poses: Vec<[f32; 3]>,
     fitness: Vec<f32>,
     ended: Vec<bool>,
 }
@@ -79,10 +85,6 @@ impl Stepped {
             let problem = format!("are {episodes}; allowed: 1 to {MOST}");
             return Err(Invalid::new("episodes", problem));
         }
-        if let Some(robots) = spec.robot.members() {
-            let problem = format!("is {robots}; allowed: not set, since swarms can't be commanded from outside");
-            return Err(Invalid::new("robot.count", problem));
-        }
         if spec.cycles > GREATEST_CYCLES {
             let problem = format!(
                 "is {}; allowed: 1 to {GREATEST_CYCLES} if episodes are stepped",
@@ -90,30 +92,37 @@ impl Stepped {
             );
             return Err(Invalid::new("cycles", problem));
         }
-        let part = Part::new(Kind::Controller, "external.wgsl", include_str!("stepped/external.wgsl"));
-        let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
-        let mut parts = spec.own.clone();
-        parts.insert(Arc::new(OwnPart::new(Arc::new(part), &[])?));
-        let world = World::new(WorldSpec {
+        let mut spec = WorldSpec {
             controller: Controller::Own,
-            own: parts,
+            own: spec.own.with_commands()?,
             // The sensors are also read after the last cycle.
             ..spec.clone().seen_to_its_end()
-        })?;
+        };
+        if let Build::Differential(robot) = &mut spec.robot.build
+            && robot.count.is_some()
+        {
+            robot.genomes = Genomes::Heterogeneous;
+        }
+        let length = spec.cycles - spec.cycles_after;
+        let world = World::new(spec)?;
         let worlds = Worlds::new(std::slice::from_ref(&world))?;
         let details = world.details().iter().enumerate();
         let places: Vec<usize> = details
             .filter(|(_, detail)| detail.kind == DetailKind::Perceived)
             .map(|(index, _)| RECORD + index)
             .collect();
+        let robots = world.robots() as usize;
         Ok(Self {
-            length: spec.cycles,
+            length,
+            robots,
             keys: vec![Key::default(); episodes],
             cycles: vec![0; episodes],
             alive: vec![false; episodes],
             states: vec![0; episodes.next_multiple_of(LANES) * worlds.state_words()],
-            readings: vec![0.0; episodes * places.len()],
-            rewards: vec![0.0; episodes],
+            readings: vec![0.0; episodes * robots * places.len()],
+            rewards: vec![0.0; episodes * robots],
+            is_scored: world.is_scored(),
+            poses: vec![[0.0; 3]; episodes * robots],
             fitness: vec![0.0; episodes],
             ended: vec![false; episodes],
             places,
@@ -127,21 +136,33 @@ impl Stepped {
         &self.world
     }
 
-    /// Names of the readings: the robot's, then those of a user's sensors.
+    /// Robots of an episode.
+    pub fn robots(&self) -> usize {
+        self.robots
+    }
+
+    /// Names of a robot's readings: the robot's, then those of a user's sensors.
     pub fn names(&self) -> Vec<String> {
         let details = self.world.details().iter();
         let perceived = details.filter(|detail| detail.kind == DetailKind::Perceived);
         perceived.map(|detail| detail.name.clone()).collect()
     }
 
-    /// Readings of each episode, as its controller would get them in its next cycle. All are 0 once it has ended early.
+    /// Readings of each robot of each episode, as its controller would get them in its next cycle. All are 0 once the episode has
+    /// ended early.
     pub fn readings(&self) -> &[f32] {
         &self.readings
     }
 
-    /// Reward of each episode in its last cycle.
-    pub fn rewards(&self) -> &[f32] {
+    /// Reward of each robot of each episode in its last cycle. In a swarm it is what the robot has earned, plus what the mission gives for
+    /// all of them together; if the mission has a score, it is the score's change.
+    pub fn rewards(&self) -> &[f64] {
         &self.rewards
+    }
+
+    /// Pose of each robot of each episode: x and y in mm, and the heading in turns.
+    pub fn poses(&self) -> &[[f32; 3]] {
+        &self.poses
     }
 
     /// Fitness of each episode so far: what it would be if the episode ended now.
@@ -174,19 +195,10 @@ impl Stepped {
         control: &Control,
         episodes: &[(usize, Key)],
     ) -> Result<(), Error> {
-        let who: Vec<usize> = episodes.iter().map(|(episode, _)| *episode).collect();
-        self.check(&who, false)?;
-        for &(episode, key) in episodes {
-            self.keys[episode] = key;
-            self.cycles[episode] = 0;
-            self.alive[episode] = true;
-            self.ended[episode] = false;
-            (self.rewards[episode], self.fitness[episode]) = (0.0, 0.0);
-        }
-        self.sense(device, control, &who)
+        self.step_and_begin(device, control, &[], &[], episodes)
     }
 
-    /// Simulates a cycle of episodes, with two commands each, from 0 (fastest backwards) to 1 (fastest forwards), and
+    /// Simulates a cycle of episodes, with two commands for each robot, from 0 (fastest backwards) to 1 (fastest forwards), and
     /// reads their sensors. Commands beyond are clipped; those of a magnitude below [`LEAST_GENE`] count as 0.
     ///
     /// # Errors
@@ -200,9 +212,25 @@ impl Stepped {
         who: &[usize],
         commands: &[f32],
     ) -> Result<(), Error> {
-        self.check(who, true)?;
-        if commands.len() != who.len() * COMMANDS {
-            let problem = format!("are {}; allowed: {COMMANDS} for each episode", commands.len());
+        self.step_and_begin(device, control, who, commands, &[])
+    }
+
+    /// [`Stepped::step`], and at the same time [`Stepped::begin`] of others, which takes as long as if all were stepped.
+    ///
+    /// # Errors
+    /// As both.
+    pub fn step_and_begin(
+        &mut self,
+        device: &mut dyn Evaluator,
+        control: &Control,
+        who: &[usize],
+        commands: &[f32],
+        begin: &[(usize, Key)],
+    ) -> Result<(), Error> {
+        self.check(who, begin)?;
+        let each = self.robots * COMMANDS;
+        if commands.len() != who.len() * each {
+            let problem = format!("are {}; allowed: {each} for each episode", commands.len());
             return Err(Invalid::new("commands", problem).into());
         }
         // Also false for NaN.
@@ -212,121 +240,177 @@ impl Stepped {
             let place = format!("commands[{}][{}]", index / COMMANDS, index % COMMANDS);
             return Err(Invalid::new(place, problem).into());
         }
-        for (cycle, members) in self.by_cycle(who) {
-            let given = |member: usize| [commands[member * COMMANDS], commands[member * COMMANDS + 1]];
-            self.cycle(device, control, cycle, (who, &members), given, true)?;
+        for &(episode, key) in begin {
+            self.keys[episode] = key;
+            self.cycles[episode] = 0;
+            self.ended[episode] = false;
         }
-        for &episode in who {
-            self.cycles[episode] += 1;
-            self.alive[episode] = self.cycles[episode] < self.length;
+        let given = who.iter().zip(commands.chunks(each));
+        let mut turns: Vec<Turn<'_>> = given
+            .map(|(&episode, commands)| Turn {
+                episode,
+                cycles: self.cycles[episode] + 1,
+                commands,
+            })
+            .chain(begin.iter().map(|&(episode, _)| Turn {
+                episode,
+                cycles: 0,
+                commands: &[],
+            }))
+            .collect();
+        if turns.is_empty() {
+            return Ok(());
         }
-        self.sense(device, control, who)
-    }
-
-    /// Reads the sensors of episodes at the beginning of their next cycle, and finds out which have ended.
-    fn sense(&mut self, device: &mut dyn Evaluator, control: &Control, who: &[usize]) -> Result<(), Error> {
-        for (cycle, members) in self.by_cycle(who) {
-            self.cycle(device, control, cycle, (who, &members), |_| AHEAD, false)?;
+        let variant = |turn: &Turn<'_>| self.world.variant(self.keys[turn.episode]);
+        let are_all = turns.len() == self.keys.len() && self.world.variants().len() == 1;
+        if !are_all {
+            turns.sort_by_key(|turn| variant(turn));
+        } else if !turns.is_sorted_by_key(|turn| turn.episode) {
+            turns.sort_by_key(|turn| turn.episode);
         }
-        Ok(())
-    }
-
-    /// Indices in `who` of the episodes in each cycle.
-    fn by_cycle(&self, who: &[usize]) -> BTreeMap<u32, Vec<usize>> {
-        let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        if let Some(&first) = who.first()
-            && who.iter().all(|&episode| self.cycles[episode] == self.cycles[first])
-        {
-            members.insert(self.cycles[first], (0..who.len()).collect());
-            return members;
-        }
-        for (member, &episode) in who.iter().enumerate() {
-            members.entry(self.cycles[episode]).or_default().push(member);
-        }
-        members
-    }
-
-    /// A cycle of episodes that are in the same one: simulated, or only for its readings.
-    fn cycle(
-        &mut self,
-        device: &mut dyn Evaluator,
-        control: &Control,
-        cycle: u32,
-        (who, members): (&[usize], &[usize]),
-        commands: impl Fn(usize) -> [f32; COMMANDS],
-        episodes: bool,
-    ) -> Result<(), Error> {
-        let words = self.worlds.state_words();
-        let slots = members.len().next_multiple_of(LANES);
-        let are_all = members.len() == self.keys.len() && members.iter().all(|&member| who[member] == member);
-        let states = if cycle == 0 {
-            Vec::new()
-        } else if are_all {
-            if episodes {
-                std::mem::take(&mut self.states)
-            } else {
-                self.states.clone()
-            }
+        let groups: Vec<(usize, &[Turn<'_>])> = turns
+            .chunk_by(|one, other| variant(one) == variant(other))
+            .flat_map(|of_variant| of_variant.chunks(LANES).map(|group| (variant(&group[0]), group)))
+            .collect();
+        let states = if are_all {
+            std::mem::take(&mut self.states)
         } else {
-            let mut states = Vec::with_capacity(slots * words);
-            for &member in members {
-                states.extend_from_slice(&self.states[who[member] * words..][..words]);
-            }
-            states.resize(slots * words, 0);
-            states
+            self.gathered(&groups)
         };
-        let inputs = members
-            .iter()
-            .map(|&member| (self.keys[who[member]], commands(member).map(flushed)));
-        let batch = self.worlds.cycle(inputs, cycle, states, episodes);
-        let result = match device.evaluate_part(&batch.all(), control) {
-            Ok(result) => result,
+        let batch = self
+            .worlds
+            .commanded(groups_of(&groups, self.robots), self.inputs(&groups), states);
+        match device.evaluate_part(&batch.all(), control) {
+            Ok(result) => {
+                self.take(&groups, result, are_all, batch.record_words());
+                Ok(())
+            }
             Err(error) => {
-                self.states.resize(self.keys.len().next_multiple_of(LANES) * words, 0);
-                for &member in members {
-                    self.alive[who[member]] = false;
+                let slots = self.keys.len().next_multiple_of(LANES);
+                self.states.resize(slots * self.worlds.state_words(), 0);
+                for turn in &turns {
+                    self.alive[turn.episode] = false;
                 }
-                return Err(error.into());
-            }
-        };
-        let width = batch.record_words();
-        let (reward, readings) = (
-            std::mem::offset_of!(Record, reward) / size_of::<u32>(),
-            self.places.len(),
-        );
-        let may_end = self.world.may_end_early();
-        for (slot, &member) in members.iter().enumerate() {
-            let episode = who[member];
-            let line = &result.trace[slot * width..][..width];
-            if episodes {
-                self.rewards[episode] = f32::from_bits(line[reward]);
-                self.fitness[episode] = result.fitness[slot];
-                continue;
-            }
-            let readings_of_episode = &mut self.readings[episode * readings..][..readings];
-            for (reading, &place) in readings_of_episode.iter_mut().zip(&self.places) {
-                *reading = f32::from_bits(line[place]);
-            }
-            if may_end && line.iter().all(|word| *word == 0) {
-                self.ended[episode] = true;
-                self.alive[episode] = false;
+                Err(error.into())
             }
         }
-        if episodes && are_all {
-            self.states = result.states;
-        } else if episodes {
-            for (slot, &member) in members.iter().enumerate() {
-                let state = &result.states[slot * words..][..words];
-                self.states[who[member] * words..][..words].copy_from_slice(state);
-            }
-        }
-        Ok(())
     }
 
-    fn check(&self, who: &[usize], must_live: bool) -> Result<(), Invalid> {
+    /// The inputs of groups: for each field 64 values, first the words of the keys, then of each robot its commands and the number of
+    /// cycles.
+    fn inputs(&self, groups: &[(usize, &[Turn<'_>])]) -> Vec<u32> {
+        let words = input_words_of(self.robots) * LANES;
+        let mut inputs = vec![0; groups.len() * words];
+        let fill = |((_, turns), inputs): (&(usize, &[Turn<'_>]), &mut [u32])| {
+            for (lane, turn) in turns.iter().enumerate() {
+                let mut put = |field: usize, word: u32| inputs[field * LANES + lane] = word;
+                for (field, word) in input_words(self.keys[turn.episode]).into_iter().enumerate() {
+                    put(field, word);
+                }
+                // The world's number of cycles is the first robot's.
+                put(KEY_WORDS + COMMANDS, turn.cycles);
+                for (robot, commands) in turn.commands.chunks_exact(COMMANDS).enumerate() {
+                    for (field, &command) in commands.iter().enumerate() {
+                        put(KEY_WORDS + robot * GENES + field, flushed(command).to_bits());
+                    }
+                }
+            }
+        };
+        if groups.len() * LANES >= MANY {
+            groups.par_iter().zip(inputs.par_chunks_exact_mut(words)).for_each(fill);
+        } else {
+            groups.iter().zip(inputs.chunks_exact_mut(words)).for_each(fill);
+        }
+        inputs
+    }
+
+    /// States of episodes in the slots of these groups.
+    fn gathered(&self, groups: &[(usize, &[Turn<'_>])]) -> Vec<u32> {
+        let words = self.worlds.state_words();
+        let place = self.worlds.places("state", words);
+        let mut states = vec![0; groups.len() * LANES * words];
+        for (slot, turn) in in_slots(groups).filter(|(_, turn)| turn.cycles > 0) {
+            for word in 0..words {
+                states[place(slot, word)] = self.states[place(turn.episode, word)];
+            }
+        }
+        states
+    }
+
+    /// Takes the results of groups.
+    fn take(&mut self, groups: &[(usize, &[Turn<'_>])], result: PartResult, are_all: bool, record_words: usize) {
+        let readings = self.robots * self.places.len();
+        let lines = Lines {
+            robots: self.robots,
+            places: &self.places,
+            is_scored: self.is_scored,
+            length: self.length,
+        };
+        if are_all && self.keys.len() >= MANY && readings > 0 {
+            let turns: Vec<u32> = groups
+                .iter()
+                .flat_map(|(_, turns)| turns.iter().map(|turn| turn.cycles))
+                .collect();
+            let each = (
+                self.readings.par_chunks_mut(readings),
+                self.rewards.par_chunks_mut(self.robots),
+                self.poses.par_chunks_mut(self.robots),
+                self.fitness.par_iter_mut(),
+                self.cycles.par_iter_mut(),
+                self.ended.par_iter_mut(),
+                self.alive.par_iter_mut(),
+                &turns,
+                result.trace.par_chunks_exact(record_words),
+                &result.fitness,
+            );
+            each.into_par_iter().with_min_len(MANY / 4).for_each(
+                |(readings, rewards, poses, fitness, cycles, ended, alive, turn, words, score)| {
+                    let mut episode = Place {
+                        readings,
+                        rewards,
+                        poses,
+                        fitness,
+                        cycles,
+                        ended,
+                        alive,
+                    };
+                    lines.take(&mut episode, *turn, words, *score);
+                },
+            );
+        } else {
+            for (slot, turn) in in_slots(groups) {
+                let (episode, first) = (turn.episode, turn.episode * self.robots);
+                let mut place = Place {
+                    readings: &mut self.readings[episode * readings..][..readings],
+                    rewards: &mut self.rewards[first..][..self.robots],
+                    poses: &mut self.poses[first..][..self.robots],
+                    fitness: &mut self.fitness[episode],
+                    cycles: &mut self.cycles[episode],
+                    ended: &mut self.ended[episode],
+                    alive: &mut self.alive[episode],
+                };
+                let words = &result.trace[slot * record_words..][..record_words];
+                lines.take(&mut place, turn.cycles, words, result.fitness[slot]);
+            }
+        }
+        if are_all {
+            self.states = result.states;
+            return;
+        }
+        let words = self.worlds.state_words();
+        let place = self.worlds.places("state", words);
+        for (slot, turn) in in_slots(groups) {
+            for word in 0..words {
+                self.states[place(turn.episode, word)] = result.states[place(slot, word)];
+            }
+        }
+    }
+
+    fn check(&self, who: &[usize], begin: &[(usize, Key)]) -> Result<(), Invalid> {
         let all = self.keys.len();
         let mut seen = vec![false; all];
-        for &episode in who {
+        let stepped = who.iter().map(|&episode| (episode, true));
+        for (episode, must_live) in stepped.chain(begin.iter().map(|&(episode, _)| (episode, false))) {
             let problem = match seen.get_mut(episode) {
                 None => format!("is {episode}; allowed: 0 to {}", all - 1),
                 Some(true) => format!("names episode {episode} twice; allowed: each once"),
@@ -342,6 +426,83 @@ impl Stepped {
         }
         Ok(())
     }
+}
+
+/// An episode's next step, and the number of cycles that it has had afterwards, 0 if it begins.
+struct Turn<'a> {
+    episode: usize,
+    cycles: u32,
+    commands: &'a [f32],
+}
+
+/// How the lines of episodes are read.
+struct Lines<'a> {
+    robots: usize,
+    places: &'a [usize],
+    is_scored: bool,
+    length: u32,
+}
+
+/// What is kept of an episode.
+struct Place<'a> {
+    readings: &'a mut [f32],
+    rewards: &'a mut [f64],
+    poses: &'a mut [[f32; 3]],
+    fitness: &'a mut f32,
+    cycles: &'a mut u32,
+    ended: &'a mut bool,
+    alive: &'a mut bool,
+}
+
+impl Lines<'_> {
+    /// Takes an episode's lines, one of each robot, and its fitness after so many cycles.
+    fn take(&self, episode: &mut Place<'_>, cycles: u32, words: &[u32], fitness: f32) {
+        const REWARD: usize = std::mem::offset_of!(Record, reward) / size_of::<u32>();
+        // The kernel says there whether the episode has ended.
+        const ENDED: usize = std::mem::offset_of!(Record, speed_right) / size_of::<u32>();
+        let change = f64::from(fitness) - f64::from(*episode.fitness);
+        for (robot, line) in words.chunks_exact(words.len() / self.robots).enumerate() {
+            let number = |word: usize| f32::from_bits(line[word]);
+            episode.rewards[robot] = match (cycles, self.is_scored) {
+                (0, _) => 0.0,
+                (_, true) => change,
+                (_, false) => number(REWARD).into(),
+            };
+            episode.poses[robot] = [0, 1, 2].map(number);
+            let readings = &mut episode.readings[robot * self.places.len()..][..self.places.len()];
+            for (reading, &place) in readings.iter_mut().zip(self.places) {
+                *reading = number(place);
+            }
+        }
+        *episode.fitness = fitness;
+        *episode.cycles = cycles;
+        *episode.ended = words[ENDED] != 0;
+        *episode.alive = cycles < self.length && !*episode.ended;
+    }
+}
+
+/// Words of an episode's inputs.
+fn input_words_of(robots: usize) -> usize {
+    KEY_WORDS + robots * GENES
+}
+
+/// The groups of a batch.
+fn groups_of(groups: &[(usize, &[Turn<'_>])], robots: usize) -> Vec<Group> {
+    let words = input_words_of(robots) * LANES;
+    let group = |(index, (variant, turns)): (usize, &(usize, &[Turn<'_>]))| Group {
+        world: *variant as u32,
+        rollouts: turns.len() as u32,
+        inputs: (index * words) as u32,
+    };
+    groups.iter().enumerate().map(group).collect()
+}
+
+/// Each episode of groups, and its slot.
+fn in_slots<'a>(groups: &'a [(usize, &'a [Turn<'a>])]) -> impl Iterator<Item = (usize, &'a Turn<'a>)> {
+    let of_group = |(index, (_, turns)): (usize, &'a (usize, &'a [Turn<'a>]))| {
+        turns.iter().zip(index * LANES..).map(|(turn, slot)| (slot, turn))
+    };
+    groups.iter().enumerate().flat_map(of_group)
 }
 
 /// A command as a gene: zero has one sign, and there is nothing small enough to become subnormal.

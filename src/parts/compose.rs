@@ -52,6 +52,8 @@ const NETWORK: &str = "network";
 /// The same of controllers of `AutoMoDe`'s modules.
 const STATE_MACHINE: &str = "state-machine";
 const BEHAVIOUR_TREE: &str = "behaviour-tree";
+/// The same of commands from outside.
+const COMMANDED: &str = "commands";
 
 /// Most genes of a network or of a user's controller, and of all genomes of a team.
 pub const GREATEST_GENES: u32 = 65_536;
@@ -287,7 +289,8 @@ impl OwnParts {
             Make::Described(_) | Make::Forager { .. } => fields[index].clone(),
         };
         let mut details = Vec::new();
-        for (kind, of) in [(DetailKind::Perceived, "perceived"), (DetailKind::Real, "real")] {
+        let kinds = [(DetailKind::Perceived, "perceived"), (DetailKind::Real, "real")];
+        for (kind, of) in kinds.into_iter().take(if self.are_commanded() { 1 } else { 2 }) {
             details.extend(fields.iter().enumerate().map(|(index, place)| Detail {
                 name: name(index),
                 kind,
@@ -301,6 +304,9 @@ impl OwnParts {
             scalar: Scalar::Float,
             expression: format!("perceived.own.{name}"),
         }));
+        if self.are_commanded() {
+            return details;
+        }
         for part in self.iter() {
             let kind = part.part.kind();
             if owner.together().is_some() {
@@ -320,6 +326,21 @@ impl OwnParts {
         }
         details.extend(self.details_of_others(owner));
         details
+    }
+
+    /// Whether robots are commanded from outside, cycle by cycle: see [`crate::stepped`].
+    pub(crate) fn are_commanded(&self) -> bool {
+        let controller = self.get(Kind::Controller);
+        controller.is_some_and(|own| own.part.path() == COMMANDED)
+    }
+
+    /// These parts, and commands from outside as the controller.
+    ///
+    /// # Errors
+    /// Without the feature `compose`, always.
+    pub(crate) fn with_commands(&self) -> Result<Self, Invalid> {
+        let text = include_str!("compose/commands.wgsl");
+        self.with_controller(COMMANDED, text, |part| OwnPart::new(part, &[]))
     }
 
     /// Details that have to do with the other robots of a world.

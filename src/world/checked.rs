@@ -102,7 +102,11 @@ impl World {
         let world = Self(Arc::new(Checked {
             genes: layout(genes, physics.together())?.or_equal(first.map(|first| &first.0.genes)),
             details: parts.details(&owner),
-            lines: if episodes == EpisodeKind::Observed { members } else { 1 },
+            lines: if episodes == EpisodeKind::Observed || parts.are_commanded() {
+                members.max(1)
+            } else {
+                1
+            },
             words: words.map(|[world, body]| world + bodies * body),
             spec,
             kernel,
@@ -222,6 +226,12 @@ impl World {
     /// Number of robots.
     pub fn robots(&self) -> u32 {
         self.0.physics.together().map_or(1, |swarm| swarm.count)
+    }
+
+    /// Whether it is a swarm's whose mission has a score of its own, instead of the sum of all rewards.
+    pub(crate) fn is_scored(&self) -> bool {
+        let task = self.0.spec.own.get(Kind::Task).map(OwnPart::part);
+        self.0.words.is_some() && task.is_some_and(|part| part.functions().contains(&"mission_score"))
     }
 
     /// Number of pucks.

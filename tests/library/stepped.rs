@@ -1,18 +1,20 @@
 //! Lives that are commanded cycle by cycle: with the commands of a controller they have the bits of its life as a whole, in which
-//! cycles others are meanwhile and however they are grouped.
+//! cycles others are meanwhile and however they are grouped. So do those of swarms, with commands for each robot.
 
 use std::sync::Arc;
 
 use crate::described;
+use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
+use oneiro::differential::{Build, Differential, Sensor, SensorKind};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::Forager;
 use oneiro::random::Key;
 use oneiro::stepped::{Error, GREATEST_CYCLES, Stepped};
 use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{Controller, Noise, Task, World, WorldSpec};
+use oneiro::world::{Controller, Noise, Poses, Robot, Start, Task, World, WorldSpec};
 
 /// Sensors and a task that remember, draw random numbers and end some lives early.
 const OWN: [(Kind, &str); 2] = [
@@ -33,13 +35,13 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let way = abs(apart.x) + abs(apart.y);
     return Reward(way * (1.0f - highest(now.real)) + now.outputs.x, TaskState(before.path + way));
 }
-fn task_ends(episode: Episode, own: TaskState) -> bool { return own.path > 300.0f; }
+fn task_ends(episode: Episode, own: TaskState) -> bool { return own.path > 250.0f; }
 fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
     ),
 ];
 
-fn parts() -> OwnParts {
-    OwnParts::from(OWN.map(|(kind, text)| {
+fn parts(texts: [(Kind, &str); 2]) -> OwnParts {
+    OwnParts::from(texts.map(|(kind, text)| {
         let part = Part::new(kind, &format!("{}.wgsl", kind.word()), text).unwrap();
         OwnPart::new(Arc::new(part), &[]).unwrap()
     }))
@@ -62,7 +64,7 @@ fn specs() -> Vec<(&'static str, WorldSpec)> {
         ..WorldSpec::miglino1995()
     };
     let own = WorldSpec {
-        own: parts(),
+        own: parts(OWN),
         task: Task::Own,
         ..khepera.clone()
     };
@@ -81,13 +83,87 @@ fn specs() -> Vec<(&'static str, WorldSpec)> {
         spec.noise.motor = 0.1;
         spec.cycles = 60;
     });
+    let poses = WorldSpec {
+        start: Start::Poses(Poses(vec![
+            [100.0, 100.0, 0.0],
+            [150.0, 100.0, 0.25],
+            [100.0, 150.0, 0.5],
+        ])),
+        noise: Noise::NONE,
+        ..khepera.clone()
+    };
     vec![
         ("khepera", khepera),
         ("own parts", own),
         ("surrogate", surrogate),
         ("forager", forager),
         ("described", described),
+        ("poses", poses),
+        ("swarm", swarm(None)),
+        ("swarm with a mission", swarm(Some(MISSION))),
     ]
+}
+
+/// Sensors and a mission of a swarm: readings of where others look, memory, rewards of each robot and of all, and an early end.
+const MISSION: [(Kind, &str); 2] = [
+    (
+        Kind::Sensor,
+        "struct SensorReadings { other: f32, before: f32 }
+struct SensorState { last: f32 }
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let chance = random(episode, STREAM_OWN_SENSOR, step, 0u).x;
+    let other = robot_pose(episode, (robot_number(episode) + 1u) % robots(episode));
+    return Sensed(SensorReadings(other.z + chance, before.last), SensorState(pose.y * 0.001f));
+}",
+    ),
+    (
+        Kind::Task,
+        "struct TaskState { path: f32 }
+struct MissionState { far: u32 }
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let apart = vec2<f32>(now.end.x - now.start.x, now.end.y - now.start.y);
+    let way = abs(apart.x) + abs(apart.y);
+    return Reward(way * (1.0f - now.real.left), TaskState(before.path + way));
+}
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
+    let first = robot_pose(episode, 0u);
+    let last = robot_pose(episode, 2u);
+    let is_far = abs(first.x - last.x) + abs(first.y - last.y) > 450.0f;
+    return Tally(0.001f * first.x, MissionState(before.far + select(0u, 1u, is_far)));
+}
+fn mission_ends(episode: Episode, own: MissionState) -> bool { return own.far > 15u; }",
+    ),
+];
+
+/// Three robots that push each other, with noise.
+fn swarm(custom: Option<[(Kind, &str); 2]>) -> WorldSpec {
+    let eye = |name: &str, heading| Sensor {
+        name: name.into(),
+        kind: SensorKind::Proximity,
+        heading,
+        range: Some(60.0),
+        ..Sensor::default()
+    };
+    WorldSpec {
+        robot: Robot {
+            body_radius: 35.0,
+            build: Build::Differential(Differential {
+                count: Some(3),
+                sensors: vec![eye("left", 0.1), eye("right", -0.1)],
+                ..Differential::new(53.0, 120.0)
+            }),
+            ..Robot::khepera()
+        },
+        arena: Arena::rectangle(500.0, 500.0),
+        noise: Noise {
+            sensor: (0.0, 0.2),
+            ..Noise::NONE
+        },
+        task: if custom.is_some() { Task::Own } else { Task::AVOIDANCE },
+        own: custom.map_or_else(OwnParts::default, parts),
+        cycles: 60,
+        ..WorldSpec::miglino1995()
+    }
 }
 
 /// Genes of either sign, from the number of a life.
@@ -97,12 +173,16 @@ fn genes(life: usize, count: usize) -> Vec<f32> {
 }
 
 fn key(life: usize) -> Key {
-    Key::rollout(7, 0, life as u64, 0)
+    Key::rollout(7, 0, life as u64, life as u64 % 4)
 }
 
-/// Whole lives: traces and fitness.
-fn whole(spec: &WorldSpec, lives: usize) -> (World, Vec<Trace>, Vec<f32>) {
-    let world = World::new(spec.clone()).unwrap();
+/// Whole lives: traces of each robot, and fitness.
+fn whole(spec: &WorldSpec, lives: usize) -> (World, Vec<Vec<Trace>>, Vec<f32>) {
+    let mut world = World::new(spec.clone()).unwrap();
+    let robots = world.robots();
+    if robots > 1 {
+        world = world.observed().unwrap();
+    }
     let genomes: Vec<Vec<f32>> = (0..lives).map(|life| genes(life, world.genes())).collect();
     let rollout = |(life, genes)| Rollout {
         world: 0,
@@ -112,14 +192,29 @@ fn whole(spec: &WorldSpec, lives: usize) -> (World, Vec<Trace>, Vec<f32>) {
     let rollouts: Vec<_> = genomes.iter().map(Vec::as_slice).enumerate().map(rollout).collect();
     let batch = Batch::new(&[&world], &rollouts, Some(TraceRequest { every: 1 })).unwrap();
     let outcome = Cpu::new(Some(2)).unwrap().evaluate(&batch, &Control::new()).unwrap();
-    (world, outcome.traces, outcome.fitness)
+    let traces = outcome.traces.iter().map(|trace| trace.by_robot(robots)).collect();
+    (world, traces, outcome.fitness)
 }
 
-/// Perceived readings in a record.
-fn readings(world: &World, trace: &Trace, record: usize) -> Vec<u32> {
+/// Details of a kind in a record.
+fn details(world: &World, trace: &Trace, record: usize, kind: DetailKind) -> Vec<u32> {
     let details = world.details().iter().zip(trace.details(record));
-    let perceived = details.filter(|(detail, _)| detail.kind == DetailKind::Perceived);
-    perceived.map(|(_, word)| *word).collect()
+    let found = details.filter(|(detail, _)| detail.kind == kind);
+    found.map(|(_, word)| *word).collect()
+}
+
+/// What a robot has earned in a record: what it alone has, and what all robots have together.
+fn earned(world: &World, of_life: &[Trace], robot: usize, record: usize) -> f32 {
+    let together = of_life[0][record].reward;
+    let alone = |robot: usize| {
+        let words = details(world, &of_life[robot], record, DetailKind::Earned);
+        words.first().map_or(0.0, |&word| f32::from_bits(word))
+    };
+    if of_life.len() == 1 {
+        return together;
+    }
+    let all: f32 = (0..of_life.len()).map(alone).sum();
+    alone(robot) + (together - all)
 }
 
 /// Steps lives with the commands of whole ones, of which each begins `apart` cycles after the one before, and compares each cycle.
@@ -128,45 +223,47 @@ fn compared(spec: &WorldSpec, lives: usize, apart: usize) -> (usize, usize) {
     let (world, traces, fitness) = whole(spec, lives);
     let (mut cpu, control) = (Cpu::new(Some(2)).unwrap(), Control::new());
     let mut stepped = Stepped::new(spec, lives).unwrap();
-    let width = stepped.names().len();
+    let (width, robots) = (stepped.names().len(), stepped.robots());
     let (mut cycles, mut ended) = (0, 0);
     let mut next = vec![0; lives];
     let bits = |numbers: &[f32]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
     let mut turn = 0;
+    let (mut who, mut commands) = (Vec::new(), Vec::new());
     loop {
-        let begun: Vec<_> = (0..lives).filter(|life| life * apart == turn).collect();
-        let named: Vec<_> = begun.iter().map(|&life| (life, key(life))).collect();
-        stepped.begin(&mut cpu, &control, &named).unwrap();
-        let who: Vec<usize> = (0..lives).filter(|&life| stepped.alive()[life]).collect();
-        let mut commands = Vec::new();
+        let begun = (0..lives).filter(|life| life * apart == turn);
+        let begun: Vec<_> = begun.map(|life| (life, key(life))).collect();
+        stepped
+            .step_and_begin(&mut cpu, &control, &who, &commands, &begun)
+            .unwrap();
         for &life in &who {
-            let record = &traces[life][next[life]];
-            let own = &stepped.readings()[life * width..][..width];
-            assert_eq!(
-                bits(own),
-                readings(&world, &traces[life], next[life]),
-                "readings of life {life}"
-            );
-            commands.extend([record.left, record.right]);
-        }
-        stepped.step(&mut cpu, &control, &who, &commands).unwrap();
-        for &life in &who {
-            let record = &traces[life][next[life]];
+            for robot in 0..robots {
+                let record = &traces[life][robot][next[life]];
+                let reward = stepped.rewards()[life * robots + robot];
+                let expected = f64::from(earned(&world, &traces[life], robot, next[life]));
+                // Sums of several robots' rewards are rounded in another order.
+                let most = if robots == 1 {
+                    0.0
+                } else {
+                    1e-5 * expected.abs().max(1.0)
+                };
+                assert!((reward - expected).abs() <= most, "{reward}, {expected}: {record:?}");
+            }
             next[life] += 1;
             cycles += 1;
-            assert_eq!(
-                stepped.rewards()[life].to_bits(),
-                record.reward.to_bits(),
-                "reward of life {life}"
-            );
             assert_eq!(stepped.cycles()[life] as usize, next[life]);
-            let is_last = next[life] == traces[life].len();
+            let is_last = next[life] == traces[life][0].len();
             assert_eq!(
                 stepped.alive()[life],
                 !is_last,
                 "life {life} after {} cycles",
                 next[life]
             );
+            let whole = traces[life].iter().map(|trace| trace.get(next[life]));
+            for (robot, record) in whole.enumerate() {
+                let pose = stepped.poses()[life * robots + robot];
+                let expected = record.map_or(pose, |record| [record.x, record.y, record.heading]);
+                assert_eq!(bits(&pose), bits(&expected), "pose of life {life}");
+            }
             if is_last {
                 assert_eq!(
                     stepped.fitness()[life].to_bits(),
@@ -177,12 +274,26 @@ fn compared(spec: &WorldSpec, lives: usize, apart: usize) -> (usize, usize) {
                 ended += usize::from(stepped.ended()[life]);
             }
         }
+        who = (0..lives).filter(|&life| stepped.alive()[life]).collect();
+        commands.clear();
+        for &life in &who {
+            for (robot, trace) in traces[life].iter().enumerate() {
+                let record = &trace[next[life]];
+                let own = &stepped.readings()[(life * robots + robot) * width..][..width];
+                assert_eq!(
+                    bits(own),
+                    details(&world, trace, next[life], DetailKind::Perceived),
+                    "readings of life {life}"
+                );
+                commands.extend([record.left, record.right]);
+            }
+        }
         turn += 1;
-        if turn > lives * apart && !stepped.alive().contains(&true) {
+        if turn > lives * apart && who.is_empty() {
             break;
         }
     }
-    assert!(next.iter().zip(&traces).all(|(next, trace)| *next == trace.len()));
+    assert!(next.iter().zip(&traces).all(|(next, traces)| *next == traces[0].len()));
     (cycles, ended)
 }
 
@@ -195,7 +306,8 @@ fn stepped_lives_are_whole_lives() {
             assert!(cycles > 10 * lives, "{name}: {cycles} cycles");
             early += ended;
         }
-        assert_eq!(early > 0, name == "own parts", "{name}: {early} lives ended early");
+        let may_end = ["own parts", "swarm with a mission"].contains(&name);
+        assert_eq!(early > 0, may_end, "{name}: {early} lives ended early");
     }
 }
 
@@ -203,7 +315,7 @@ fn stepped_lives_are_whole_lives() {
 #[test]
 fn another_command_is_another_life() {
     // Sampled motors have few speeds; those of a described robot are any.
-    let (_, spec) = specs().pop().unwrap();
+    let spec = described::spec(|spec, _| spec.cycles = 60);
     let (mut cpu, control) = (Cpu::new(Some(1)).unwrap(), Control::new());
     let mut stepped = Stepped::new(&spec, 2).unwrap();
     stepped.begin(&mut cpu, &control, &[(0, key(5)), (1, key(5))]).unwrap();

@@ -8,6 +8,7 @@ use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use oneiro::arena::Patch;
 use oneiro::batch::{GREATEST_GENE, Worlds};
 use oneiro::world::World;
 use oneiro_base::columns;
@@ -18,6 +19,7 @@ use oneiro_base::plain;
 use oneiro_base::sealed;
 use oneiro_evolve as evolve;
 use oneiro_evolve::SavedEvolution;
+use oneiro_experiments::EXAMPLES;
 use oneiro_lab::experiment::check_seed;
 use oneiro_lab::experiment::source::{Parsed, Setting};
 use oneiro_lab::experiment::{self, Files};
@@ -46,6 +48,34 @@ struct Known {
     worlds: OnceLock<Worlds>,
 }
 
+/// An arena as rows of numbers: mm, and headings in turns.
+#[derive(Clone, Debug)]
+pub struct Arena {
+    /// Left and lower corner, width and height.
+    pub field: [f32; 4],
+    /// Both ends.
+    pub walls: Vec<[f32; 4]>,
+    /// Middle and radius.
+    pub circles: Vec<[f32; 3]>,
+    /// Middle, length, width and heading.
+    pub blocks: Vec<[f32; 5]>,
+    /// Middle; radius, or 0 and length, width and heading; grey.
+    pub patches: Vec<[f32; 7]>,
+    /// Place, and height, 0 if it has none.
+    pub lights: Vec<[f32; 3]>,
+}
+
+/// Writes files into a folder.
+fn write_all<'a>(folder: &Path, files: impl Iterator<Item = (&'a str, &'a [u8])>) -> exit::Result {
+    for (name, bytes) in files {
+        let name = Path::new(name);
+        disk::make_folder(folder, name.parent().unwrap_or(Path::new("")))?;
+        let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
+        written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
+    }
+    Ok(())
+}
+
 /// Does something while files are in a new folder in the system's for temporary files.
 fn with_files<'a, T>(
     files: impl ExactSizeIterator<Item = (&'a str, &'a [u8])>,
@@ -67,15 +97,7 @@ fn with_files<'a, T>(
         }
         folder = place();
     }
-    let done = (|| {
-        for (name, bytes) in files {
-            let name = Path::new(name);
-            disk::make_folder(&folder, name.parent().unwrap_or(Path::new("")))?;
-            let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
-            written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
-        }
-        work(&folder)
-    })();
+    let done = write_all(&folder, files).and_then(|()| work(&folder));
     // What can't be removed is in the way of nobody.
     let _ = fs::remove_dir_all(&folder);
     done
@@ -88,6 +110,23 @@ pub struct Portable {
     pub toml: String,
     /// The files that it names, each with its content.
     pub files: Vec<(String, Vec<u8>)>,
+}
+
+/// Names of the experiments that ship with a single robot each.
+///
+/// # Errors
+/// Exit 1 for a file that is no TOML.
+pub fn examples_of_single_robots() -> Result<Vec<&'static str>> {
+    let mut names = Vec::new();
+    for example in EXAMPLES.iter().filter(|example| !example.is_sweep()) {
+        let text = String::from_utf8_lossy(example.files[0].1);
+        let values: toml::Table = text.parse().map_err(Failure::failed)?;
+        let robot = values.get("robot").and_then(toml::Value::as_table);
+        if !values.contains_key("swarm") && robot.is_none_or(|robot| !robot.contains_key("count")) {
+            names.push(example.name);
+        }
+    }
+    Ok(names)
 }
 
 impl Experiment {
@@ -113,6 +152,63 @@ impl Experiment {
                 .map(|input| (input.name.clone(), input.content.bytes.clone()))
                 .collect(),
         }
+    }
+
+    /// Writes it to a file, with every value written out, and the files that it names beside it.
+    ///
+    /// # Errors
+    /// Exit 6 if something can't be written.
+    pub fn save(&self, path: &Path) -> Result {
+        let Portable { toml, files } = self.portable();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = path.file_name().map(|name| name.to_string_lossy());
+        let Some(name) = name else {
+            let problem = format!(
+                "{}: names no file; allowed: a path that ends with a name",
+                path.display()
+            );
+            return Err(Error::input(problem));
+        };
+        let files = files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..]));
+        Ok(write_all(folder, files.chain([(&*name, toml.as_bytes())]))?)
+    }
+
+    /// Its arena; the first one if it varies.
+    ///
+    /// # Errors
+    /// Exit 3 for the foraging study.
+    pub fn arena(&self) -> Result<Arena> {
+        let arena = &self.world()?.variants()[0].spec().arena;
+        let field = &arena.field;
+        let patch = |patch: &Patch| {
+            let [length, width] = patch.sides.unwrap_or_default();
+            let radius = patch.radius.unwrap_or(0.0);
+            [patch.x, patch.y, radius, length, width, patch.heading, patch.grey]
+        };
+        Ok(Arena {
+            field: [field.x, field.y, field.width, field.height],
+            walls: arena
+                .walls
+                .iter()
+                .map(|wall| [wall.from[0], wall.from[1], wall.to[0], wall.to[1]])
+                .collect(),
+            circles: arena
+                .obstacles
+                .iter()
+                .map(|circle| [circle.x, circle.y, circle.radius])
+                .collect(),
+            blocks: arena
+                .blocks
+                .iter()
+                .map(|block| [block.x, block.y, block.length, block.width, block.heading])
+                .collect(),
+            patches: arena.patches.iter().map(patch).collect(),
+            lights: arena
+                .lights
+                .iter()
+                .map(|light| [light.x, light.y, light.height.unwrap_or(0.0)])
+                .collect(),
+        })
     }
 
     /// Makes it again, with `KEY=VALUE` settings that override its values.

@@ -9,6 +9,7 @@ use oneiro_base::exit::Failure;
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::experiment::check_seed;
 use oneiro_lab::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
+use oneiro_lab::runs::Replay;
 use oneiro_lab::sweep::store::Shard;
 use oneiro_lab::sweep::tables::Written;
 
@@ -149,6 +150,53 @@ impl Run {
                     self.directory().display()
                 )))?,
             }
+        })
+    }
+}
+
+/// A champion's episode to draw again: its number, the seed of other random numbers, and where its files are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Replayed<'a> {
+    /// From 0.
+    pub trial: u32,
+    /// `None`: the run's.
+    pub seed: Option<u64>,
+    /// A folder.
+    pub out: &'a Path,
+}
+
+impl Run {
+    /// Draws an episode of its champion again, as `oneiro replay` does, on a page whose name says which episode it is.
+    ///
+    /// # Errors
+    /// Exit 1 if it isn't finished; exit 3 for an episode or a seed that isn't allowed; exit 5 if its files aren't what was written; exit 4
+    /// without such a device; exit 6 if the disk is full.
+    pub fn replay(&self, replayed: Replayed<'_>, backend: &str, task: &Task) -> Result {
+        let Replayed { trial, seed, out } = replayed;
+        check_seed(seed.unwrap_or(0))?;
+        device::threaded(|| {
+            let recorded = self.0.finished()?;
+            let engine = engine(backend, task)?;
+            let replay = Replay {
+                out,
+                trial,
+                every: 1,
+                start: None,
+                seed,
+                elite: None,
+                elites: false,
+                generation: None,
+                individual: None,
+                generations: &[],
+                genome: None,
+                picture: None,
+                at: None,
+                film: None,
+                speed: None,
+                surrogate: None,
+            };
+            self.0.experiment().replay(&recorded, &replay, &engine, Bars::Hidden)?;
+            Ok(())
         })
     }
 }

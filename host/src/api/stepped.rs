@@ -1,9 +1,8 @@
 //! Lives that are commanded cycle by cycle.
 
-use oneiro::differential::Build;
 use oneiro::foraging::Drive;
 use oneiro::random::Key;
-use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm};
+use oneiro::swarm::{Command, Driven, Lamp, Swarm};
 use oneiro_lab::experiment::check_seed;
 
 use super::experiment::Experiment;
@@ -21,7 +20,7 @@ impl Stepped {
     /// Lives of which none has begun.
     ///
     /// # Errors
-    /// Exit 3 for swarms, and for lives that can't be stepped; exit 4 if there is no such device.
+    /// Exit 3 for the foraging study, and for lives that can't be stepped; exit 4 if there is no such device.
     pub fn new(experiment: &Experiment, lives: usize, backend: &str) -> Result<Self> {
         let spec = experiment.world()?.spec();
         let own = oneiro::stepped::Stepped::new(spec, lives)?;
@@ -53,41 +52,33 @@ impl Stepped {
         &self.own
     }
 
-    /// Begins lives anew: each with the seed, and the two numbers, from which its random numbers are made. With (i, j) they are those of
-    /// the life j of the genome i that [`evaluate`](super::evaluate::evaluate) evaluates with that seed.
+    /// Lets lives live for a cycle, with two commands for each robot, and at the same time begins others anew: each with the seed, and
+    /// the two numbers, from which its random numbers are made. With (i, j) they are those of the life j of the genome i that
+    /// [`evaluate`](super::evaluate::evaluate) evaluates with that seed.
     ///
     /// # Errors
-    /// Exit 3 for an unknown life, and for a seed above 2^63 - 1; those of the device.
-    pub fn begin(&mut self, lives: &[(usize, u64, [u64; 2])], task: &Task) -> Result {
-        check_seed(lives.iter().map(|(_, seed, _)| *seed).max().unwrap_or(0))?;
+    /// Exit 3 for lives, commands or seeds that aren't allowed; those of the device.
+    pub fn step(&mut self, who: &[usize], commands: &[f32], begin: &[(usize, u64, [u64; 2])], task: &Task) -> Result {
+        check_seed(begin.iter().map(|(_, seed, _)| *seed).max().unwrap_or(0))?;
         let key =
             |&(life, seed, [genome, number]): &(usize, u64, [u64; 2])| (life, Key::rollout(seed, 0, genome, number));
-        let named: Vec<(usize, Key)> = lives.iter().map(key).collect();
-        device::with(&self.backend, |evaluator| {
-            self.own.begin(evaluator, &task.control, &named)
-        })?
-        .map_err(Error::from)
-    }
-
-    /// Lets lives live for a cycle, with two commands each.
-    ///
-    /// # Errors
-    /// Exit 3 for lives or commands that aren't allowed; those of the device.
-    pub fn step(&mut self, who: &[usize], commands: &[f32], task: &Task) -> Result {
-        device::with(&self.backend, |evaluator| {
-            self.own.step(evaluator, &task.control, who, commands)
+        let begin: Vec<(usize, Key)> = begin.iter().map(key).collect();
+        device::threaded(|| {
+            device::with(&self.backend, |evaluator| {
+                self.own.step_and_begin(evaluator, &task.control, who, commands, &begin)
+            })
         })?
         .map_err(Error::from)
     }
 }
 
-/// The arena of a swarm, whose robots are commanded cycle by cycle. All are switched on from the first cycle on.
+/// The arena of the foraging study, whose robots are commanded cycle by cycle. All are switched on from the first cycle on.
 #[derive(Debug)]
 pub struct Arena {
     swarm: Swarm,
     lamp: Lamp,
     backend: String,
-    own: Option<(Driven, Line)>,
+    own: Option<Driven>,
     rewards: Vec<f32>,
     cycle: u32,
 }
@@ -102,14 +93,8 @@ impl Arena {
     /// Exit 3 for experiments without the foraging study's swarm; exit 4 if there is no such device.
     pub fn new(experiment: &Experiment, backend: &str) -> Result<Self> {
         let Some(own) = experiment.any().swarm() else {
-            let what = match &experiment.world()?.spec().robot.build {
-                Build::Differential(own) if own.count.is_some() => {
-                    "the robots of robot.count can't be commanded from outside"
-                }
-                _ => "it has a single robot, not a swarm",
-            };
             return Err(Error::input(format_args!(
-                "{}: {what}; allowed: experiments with a table `swarm`, such as odowd2014-over.toml",
+                "{}: isn't of the foraging study; allowed: experiments with a table `swarm`, such as odowd2014-over.toml",
                 experiment.name()
             )));
         };
@@ -151,11 +136,7 @@ impl Arena {
         let made = device::with(&self.backend, |evaluator| {
             Driven::new(evaluator, &self.swarm, self.lamp, key)
         })?;
-        let nothing = Line {
-            robots: Vec::new(),
-            food: Vec::new(),
-        };
-        self.own = Some((made?, nothing));
+        self.own = Some(made?);
         self.rewards.fill(0.0);
         self.cycle = 0;
         Ok(())
@@ -168,7 +149,7 @@ impl Arena {
     pub fn step(&mut self, speeds: &[f32]) -> Result {
         let length = self.length();
         let forager = &self.swarm.forager;
-        let Some((world, before)) = self.own.as_mut().filter(|_| self.cycle < length) else {
+        let Some(world) = self.own.as_mut().filter(|_| self.cycle < length) else {
             return Err(Error::input(
                 "step: the episode has ended or not begun; allowed: after reset",
             ));
@@ -182,32 +163,39 @@ impl Arena {
             begins,
         };
         let commands: Vec<Command> = speeds.as_chunks().0.iter().map(command).collect();
+        let before: Vec<f32> = world.line().robots.iter().map(|seen| seen.earned).collect();
         let line = device::with(&self.backend, |evaluator| world.cycle(evaluator, &commands))??;
-        for (robot, reward) in self.rewards.iter_mut().enumerate() {
+        for ((reward, seen), before) in self.rewards.iter_mut().zip(&line.robots).zip(before) {
             // In an interval's first cycle its fitness restarts.
-            let earned = before
-                .robots
-                .get(robot)
-                .filter(|_| !begins)
-                .map_or(0.0, |seen| seen.earned);
-            *reward = line.robots[robot].earned - earned;
+            *reward = seen.earned - if begins { 0.0 } else { before };
         }
-        *before = line;
         self.cycle += 1;
         Ok(())
     }
 
     /// Each robot's readings, as [`ROBOT_READINGS`] names them, 0 to 1.
     pub fn readings(&self) -> Vec<f32> {
-        let Some((world, line)) = &self.own else {
+        let Some(world) = &self.own else {
             return vec![0.0; self.robots() * ROBOT_READINGS.len()];
         };
-        let each = world.readings().iter().enumerate().flat_map(|(robot, own)| {
-            let carries = line.robots.get(robot).is_some_and(|seen| seen.carries);
-            let carries = f32::from(u8::from(carries));
-            own.near.into_iter().chain(own.light).chain([carries])
-        });
+        let each = world
+            .readings()
+            .iter()
+            .zip(&world.line().robots)
+            .flat_map(|(own, seen)| {
+                let carries = f32::from(u8::from(seen.carries));
+                own.near.into_iter().chain(own.light).chain([carries])
+            });
         each.collect()
+    }
+
+    /// Pose of each robot: x and y in mm, and the heading in turns.
+    pub fn poses(&self) -> Vec<[f32; 3]> {
+        let Some(world) = &self.own else {
+            return vec![[0.0; 3]; self.robots()];
+        };
+        let robots = world.line().robots.iter();
+        robots.map(|seen| [seen.x, seen.y, seen.heading]).collect()
     }
 
     /// What each robot earned in the last cycle.

@@ -1,5 +1,5 @@
 //! Messages name commands and their options. Callers of functions read the functions and arguments that do the same instead. Places,
-//! such as `--set KEY=VALUE`, and lines to be typed stay as the program prints them.
+//! such as `--set KEY=VALUE`, stay as the program prints them.
 
 /// Commands, longest first, and the functions that do the same.
 const FUNCTIONS: [(&str, &str); 7] = [
@@ -13,8 +13,7 @@ const FUNCTIONS: [(&str, &str); 7] = [
 ];
 
 /// Other words of the command line, and those of calls.
-const WORDS: [(&str, &str); 6] = [
-    ("to continue:\n", "to continue, call oneiro.resume, or type:\n"),
+const WORDS: [(&str, &str); 5] = [
     ("run the same command", "make the same call"),
     ("the same command", "the same call"),
     (" with --out", " as `out`"),
@@ -27,14 +26,7 @@ pub(super) fn of_calls(message: &str) -> String {
     let text = WORDS
         .iter()
         .fold(message.to_owned(), |text, (word, own)| text.replace(word, own));
-    let line = |line: &str| {
-        if line.starts_with("  ") {
-            line.to_owned()
-        } else {
-            functions(line)
-        }
-    };
-    text.split('\n').map(line).collect::<Vec<_>>().join("\n")
+    text.split('\n').map(functions).collect::<Vec<_>>().join("\n")
 }
 
 /// A line with functions instead of commands.
@@ -43,13 +35,17 @@ fn functions(line: &str) -> String {
     for (command, function) in FUNCTIONS {
         while let Some(start) = text.find(command) {
             let end = start + command.len();
-            // A command's arguments end with its quotation, the line or the sentence.
+            // A command's arguments end with its quotation, the line or the sentence, or before what a line adds in brackets.
             let rest = &text[end..];
-            let given = ["`", "; ", ", "].into_iter().filter_map(|stop| rest.find(stop)).min();
+            let stops = ["`", "; ", ", ", "  ("].into_iter();
+            let given = stops.filter_map(|stop| rest.find(stop)).min();
             let given = &rest[..given.unwrap_or(rest.len())];
-            let argument = given.strip_prefix(' ').and_then(|given| given.split(" --").next());
+            let mut arguments = given.strip_prefix(' ').into_iter().flat_map(|given| given.split(" --"));
+            let argument = arguments.next().map(|word| word.trim_matches('\''));
+            let out = arguments.find_map(|option| option.strip_prefix("out "));
+            let out = out.map_or_else(String::new, |out| format!(", out={:?}", out.trim_matches('\'')));
             let call = match argument {
-                Some(argument) if !argument.contains(' ') => format!("{function}({argument:?})"),
+                Some(argument) if !argument.contains(' ') => format!("{function}({argument:?}{out})"),
                 // The sentence goes on.
                 _ if given.starts_with(' ') => format!("{function}{given}"),
                 _ => function.to_owned(),
@@ -69,7 +65,7 @@ mod tests {
         for (message, expected) in [
             (
                 "stopped; to continue:\n  oneiro resume a/b  (generation 3)",
-                "stopped; to continue, call oneiro.resume, or type:\n  oneiro resume a/b  (generation 3)",
+                "stopped; to continue:\n  oneiro.resume(\"a/b\")  (generation 3)",
             ),
             (
                 "a: holds a run; go on with it: oneiro resume a",
@@ -81,7 +77,7 @@ mod tests {
             ),
             (
                 "a: is a sweep: oneiro sweep run a --out DIR",
-                "a: is a sweep: oneiro.sweep(\"a\")",
+                "a: is a sweep: oneiro.sweep(\"a\", out=\"DIR\")",
             ),
             (
                 "`oneiro sweep merge d` writes both",

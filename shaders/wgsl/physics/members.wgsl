@@ -111,19 +111,26 @@ fn place_bodies(episode: Episode) {
     }
 }
 
-// A robot senses, decides and drives: where it would get to if it were alone.
-fn act(me: Episode, step: u32) -> Act {
+// What a robot reads.
+fn look(me: Episode, step: u32) -> Act {
     let member_words = me.member_words;
     let pose = member_pose(member_words);
-    let robot = robot_loaded(member_words);
     let sensed = sensors_read(me, step, pose, sensor_loaded(member_words));
     save_sensor(member_words, sensed.state);
-    var real = sense(me, step, pose, vec2<f32>(pose.x, pose.y), robot);
-    real.own = sensed.readings;
-    let perceived = with_noise(me, step, real);
-    let command = commands(me, step, perceived, controller_loaded(member_words));
+    var read = Act();
+    read.real = sense(me, step, pose, vec2<f32>(pose.x, pose.y), robot_loaded(member_words));
+    read.real.own = sensed.readings;
+    read.perceived = with_noise(me, step, read.real);
+    return read;
+}
+
+// A robot decides by what it reads and drives: where it would get to if it were alone.
+fn act(me: Episode, step: u32, read: Act) -> Act {
+    let member_words = me.member_words;
+    let pose = member_pose(member_words);
+    let command = commands(me, step, read.perceived, controller_loaded(member_words));
     save_controller(member_words, command.state);
-    let driven = motion(me, step, command.outputs, robot);
+    let driven = motion(me, step, command.outputs, robot_loaded(member_words));
     save_robot(member_words, driven.state);
     let reached = moved_pose(me.world, pose, driven.motion);
     let alone = vec2<f32>(reached.x, reached.y);
@@ -135,8 +142,8 @@ fn act(me: Episode, step: u32) -> Act {
     put(member_words, MEMBER_START + 2u, pose.z);
     put_place(member_words, MEMBER_ALONE, alone);
     put_place(member_words, MEMBER_GOAL, goal);
-    put(member_words, MEMBER_HEADING, reached.z);
-    return Act(real, perceived, command.outputs, driven.motion);
+    put(member_words, MEMBER_TURNED, reached.z);
+    return Act(read.real, read.perceived, command.outputs, driven.motion);
 }
 
 // Whether a robot's cycle ended elsewhere than it would have if the robot were alone.
@@ -160,20 +167,30 @@ fn member_started(episode: Episode, member: u32) -> vec3<f32> {
     return vec3<f32>(place_in(member_words, MEMBER_START), number(member_words, MEMBER_START + 2u));
 }
 
-// What the world earns in a cycle, and what the first robot did.
+// What the world earns in a cycle, what of it no single robot does, and what the first robot did.
 struct Cycle {
     earned: f32,
+    together: f32,
     first: Act,
+}
+
+// Before robots act they see where all are, and hear each other.
+fn look_around(episode: Episode, step: u32) {
+    list_bodies(episode);
+    hear(episode, step);
+}
+
+fn seen(me: Episode, step: u32) -> Act {
+    return look(me, step);
 }
 
 fn cycle(episode: Episode, step: u32) -> Cycle {
     let count = member_count(episode.world);
     var first = Act();
-    list_bodies(episode);
-    hear(episode, step);
+    look_around(episode, step);
     for (var member = 0u; member < count; member++) {
         let me = member_episode(episode, member);
-        let did = act(me, step);
+        let did = act(me, step, seen(me, step));
         keep_act(me.member_words, did);
         if (member == 0u) {
             first = did;
@@ -189,6 +206,7 @@ fn cycle(episode: Episode, step: u32) -> Cycle {
         let member_words = member_at(episode, member);
         put_word(member_words, MEMBER_X, word(member_words, MEMBER_GOAL));
         put_word(member_words, MEMBER_Y, word(member_words, MEMBER_GOAL + 1u));
+        put_word(member_words, MEMBER_HEADING, word(member_words, MEMBER_TURNED));
         save_robot(member_words, robot_after(episode.world, member_pose(member_words), robot_loaded(member_words)));
     }
     pucks_move(episode);
@@ -197,7 +215,7 @@ fn cycle(episode: Episode, step: u32) -> Cycle {
     save_mission(episode.world_words, tally.state);
     earned += tally.earned;
     put(episode.world_words, WORLD_EARNED, number(episode.world_words, WORLD_EARNED) + earned);
-    return Cycle(earned, first);
+    return Cycle(earned, tally.earned, first);
 }
 
 // A robot's trace line of a cycle, given what it did, and what the world earned in this cycle and so far.

@@ -72,6 +72,8 @@ pub struct Driven {
     now: u32,
     state: Vec<u32>,
     readings: Vec<Readings>,
+    /// As it was last seen.
+    line: Line,
 }
 
 impl Driven {
@@ -95,10 +97,19 @@ impl Driven {
             now: 0,
             state: Vec::new(),
             readings: Vec::new(),
+            line: Line {
+                robots: Vec::new(),
+                food: Vec::new(),
+            },
         };
         let off = vec![Command::default(); swarm.robots as usize];
-        driven.step(device, 0, &off)?;
+        driven.line = driven.step(device, 0, &off)?;
         Ok(driven)
+    }
+
+    /// The world as it is now; after [`Driven::at`] it is empty until the next cycle.
+    pub fn line(&self) -> &Line {
+        &self.line
     }
 
     /// What the sensors of each robot will read in the next cycle.
@@ -127,9 +138,9 @@ impl Driven {
                 }
             }
         }
-        let line = self.step(device, self.now + 1, commands)?;
+        self.line = self.step(device, self.now + 1, commands)?;
         self.now += 1;
-        Ok(line)
+        Ok(self.line.clone())
     }
 
     /// Takes a step of the kernel: step 0 begins the world, and each later one simulates the cycle before it.
@@ -195,6 +206,8 @@ impl Driven {
             return Err(Invalid::new("state", problem));
         }
         self.now = now;
+        self.line.robots.clear();
+        self.line.food.clear();
         self.hold(state);
         Ok(self)
     }

@@ -37,6 +37,9 @@ const ENTRY: &str = "episode.wgsl";
 const NEXT: &str = "after = result.next;";
 const KEPT: &str = "after = kept(result.next);";
 
+/// The entry of single robots that are commanded from outside.
+const COMMANDED: &str = "commanded.wgsl";
+
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
 
@@ -543,6 +546,14 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
         if together.is_none() {
             parts = with(parts, shipped(PICTURE_GIVEN));
         }
+    }
+    if custom.are_commanded() {
+        let entry = if together.is_some() {
+            members::COMMANDED
+        } else {
+            COMMANDED
+        };
+        parts = with(parts, shipped(entry));
     }
     if custom.iter().any(|each| !each.part.is_of_oneiro) {
         for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {

@@ -11,9 +11,10 @@ use super::interface::{self, MISSION_STATE};
 use crate::parts::compose::{EpisodeKind, Hearing, Kind, OwnPart, OwnParts, Owner, Scalar, Together};
 
 /// Parts of worlds of several robots, and those that they take the place of.
-pub(super) const PARTS: [&str; 11] = [
+pub(super) const PARTS: [&str; 12] = [
     "lib/members.wgsl",
     "members.wgsl",
+    COMMANDED,
     "physics/contacts.wgsl",
     FIRST,
     "physics/members.wgsl",
@@ -24,6 +25,8 @@ pub(super) const PARTS: [&str; 11] = [
     RM12,
     VECTORS,
 ];
+/// What replaces declarations of the others where robots are commanded from outside.
+pub(super) const COMMANDED: &str = "physics/commanded.wgsl";
 const FIRST: &str = "physics/first.wgsl";
 const OBSERVED: &str = "physics/observed.wgsl";
 const REFERENCE: &str = "sensor/reference.wgsl";
@@ -34,6 +37,7 @@ const VECTORS: &str = "sensor/vectors.wgsl";
 /// Whether such a world is made of one of these parts.
 pub(super) fn is_needed(path: &str, hearing: Option<Hearing>, episodes: EpisodeKind) -> bool {
     match path {
+        COMMANDED => false,
         FIRST => episodes != EpisodeKind::Observed,
         OBSERVED => episodes == EpisodeKind::Observed,
         REFERENCE => hearing.is_some(),
@@ -180,7 +184,8 @@ fn save_{word}(words: u32, memory: {structure}) {{
         );
     }
     let is_observed = owner.episodes == EpisodeKind::Observed;
-    text += &if earns_alone || is_observed {
+    let is_commanded = custom.are_commanded();
+    text += &if earns_alone || is_observed || is_commanded {
         kept(&mut of_member, readings)
     } else {
         "fn keep_act(words: u32, did: Act) {\n}\n".to_owned()
@@ -188,6 +193,10 @@ fn save_{word}(words: u32, memory: {structure}) {{
     text += if earns_alone { EARNED } else { NOTHING_EARNED };
     if is_observed {
         text += &observed(together.count, &mut of_member);
+    }
+    if is_commanded {
+        let _ = writeln!(text, "const MEMBER_EARNED: u32 = MEMBER_MEMORY + {}u;", of_member.count);
+        of_member.count += 1;
     }
     text += &heard(together, &mut of_world, &mut of_member);
     if together.squares > 0 {
