@@ -926,7 +926,11 @@ fn study(kind: &str, paper: &str, options: &[(&str, &[&str])]) {
 
 #[test]
 fn the_study_of_1995_is_as_pinned() {
-    study("miglino1995", "miglino1995", &[("main", &["--edition", "first"]), ("second", &[])]);
+    study(
+        "miglino1995",
+        "miglino1995",
+        &[("main", &["--edition", "first"]), ("second", &[])],
+    );
 }
 
 #[test]
@@ -942,7 +946,10 @@ fn the_whole_study_of_1995_is_as_pinned() {
     let options: [(&str, &[&str]); 3] = [
         ("full", &["--edition", "first", "--full"]),
         ("square", &["--edition", "first", "--arm", "square"]),
-        ("ten-readings", &["--edition", "first", "--arm", "ten-readings", "--seed", "2"]),
+        (
+            "ten-readings",
+            &["--edition", "first", "--arm", "ten-readings", "--seed", "2"],
+        ),
     ];
     study("miglino1995-whole", "miglino1995", &options);
 }

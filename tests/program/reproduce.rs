@@ -208,9 +208,14 @@ fn editions_have_their_arms() {
     place.write("own.toml", study.replace("[editions.first]", "[editions.zeroth]"));
     reproduce(&["--study", "own.toml", "--edition", "first"])
         .exits(3)
-        .says(&["own.toml", "editions.first: is missing; allowed: a table, as in the shipped file"]);
+        .says(&[
+            "own.toml",
+            "editions.first: is missing; allowed: a table, as in the shipped file",
+        ]);
     let listed = |edition| {
-        let ran = place.run(&["reproduce", "miglino1995", "--arm", "list", "--edition", edition]).exits(0);
+        let ran = place
+            .run(&["reproduce", "miglino1995", "--arm", "list", "--edition", edition])
+            .exits(0);
         ran.stdout.lines().count()
     };
     assert_eq!((listed("first"), listed("second")), (1 + 1 + 41, 1 + 1 + 5));
@@ -252,7 +257,11 @@ fn studies_that_a_wire_can_not_have_are_refused() {
             3,
             "--arm half-severity: changes reality.severity_factor, which is given with --robot serial:",
         ),
-        (&[tables, "--edition=first", "--arm=ten-readings"], 3, "changes samples.turns"),
+        (
+            &[tables, "--edition=first", "--arm=ten-readings"],
+            3,
+            "changes samples.turns",
+        ),
         (&[tables, "--arm=undo"], 3, "changes reality.motion_severity"),
         (&[tables, "--runs=0"], 3, "allowed: 1 to 1000"),
     ] {
@@ -327,7 +336,15 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
         [&study[..], short, more].concat()
     };
     let of_arm = |out, threads| {
-        let arm = ["--edition", "first", "--arm", "real-starts-walk", "--quiet", "--threads", threads];
+        let arm = [
+            "--edition",
+            "first",
+            "--arm",
+            "real-starts-walk",
+            "--quiet",
+            "--threads",
+            threads,
+        ];
         study(out, &arm)
     };
     let begun = Instant::now();
@@ -336,7 +353,10 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
     place.good(&of_arm("killed", "1"));
     place.assert_same_files("whole", "killed");
     // Another arm is another study.
-    place.run(&study("whole", &["--edition", "first"])).exits(3).says(&["another study's"]);
+    place
+        .run(&study("whole", &["--edition", "first"]))
+        .exits(3)
+        .says(&["another study's"]);
 }
 
 /// A study that is killed at several moments and restarted ends in the same files as an undisturbed one, also on one

@@ -27,8 +27,16 @@ pub enum Edition {
 
 impl Choice for Edition {
     const CHOICES: Choices<Self> = &[
-        ("second", Self::Second, "bodies slide in the simulator, at its calibrated severities"),
-        ("first", Self::First, "superseded: the simulator undoes collisions, and the severity is 1.75"),
+        (
+            "second",
+            Self::Second,
+            "bodies slide in the simulator, at its calibrated severities",
+        ),
+        (
+            "first",
+            Self::First,
+            "superseded: the simulator undoes collisions, and the severity is 1.75",
+        ),
     ];
 }
 
@@ -188,7 +196,9 @@ impl StudyFile {
                 None => format!("--arm {name}: no such arm; allowed: {names}"),
                 Some(other) => {
                     let here = self.edition.word();
-                    format!("--arm {name}: is an arm of the {other} edition; allowed: --edition {other}, or of the {here}: {names}")
+                    format!(
+                        "--arm {name}: is an arm of the {other} edition; allowed: --edition {other}, or of the {here}: {names}"
+                    )
                 }
             }))
         };

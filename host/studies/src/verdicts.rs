@@ -60,11 +60,18 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
         0 => String::new(),
         count => format!("; {} not judged", counted(count, "is", "are")),
     };
-    let later: Vec<&str> = claims.iter().filter(|claim| claim.is_later).map(|claim| claim.id.as_str()).collect();
+    let later: Vec<&str> = claims
+        .iter()
+        .filter(|claim| claim.is_later)
+        .map(|claim| claim.id.as_str())
+        .collect();
     let fixed = if later.is_empty() {
         "a criterion that was fixed before anything was evolved is met".to_owned()
     } else {
-        format!("its criterion is met. Those of {} were written when results were known, the others before", later.join(", "))
+        format!(
+            "its criterion is met. Those of {} were written when results were known, the others before",
+            later.join(", ")
+        )
     };
     let introduction = paragraph(&format!(
         "Of the paper's {}, {}, {} and {}{not_judged}: the 95 % intervals over runs decide whether {fixed}. By question:",
@@ -130,7 +137,9 @@ pub(crate) fn power(power: Option<Power>) -> [String; 2] {
     let none = || NONE.to_owned();
     [
         power.map_or_else(none, |power| power.verdict.to_string()),
-        power.and_then(|power| power.chance()).map_or_else(none, |chance| format!("{} %", percent(chance))),
+        power
+            .and_then(|power| power.chance())
+            .map_or_else(none, |chance| format!("{} %", percent(chance))),
     ]
 }
 
@@ -201,14 +210,24 @@ fn article(claim: &Claim) -> String {
         escaped(&claim.id),
         chip(claim.verdict, claim.verdict.word()),
         escaped(&claim.statement),
-        if claim.is_later { "Criterion, written when results were known" } else { "Preregistered" },
+        if claim.is_later {
+            "Criterion, written when results were known"
+        } else {
+            "Preregistered"
+        },
         escaped(&claim.criterion),
         escaped(&claim.source),
         escaped(&claim.unit),
         verdict_and_reason(claim),
     );
     if let Some(power) = claim.power {
-        let Power { verdict, sets, holds, undecided, opposed } = power;
+        let Power {
+            verdict,
+            sets,
+            holds,
+            undecided,
+            opposed,
+        } = power;
         let [holds, undecided, opposed] = [holds, undecided, opposed].map(|share| format!("{} %", percent(share)));
         text.push_str(&paragraph(&format!(
             "Eight runs of each of 30 robots say: {verdict}. Of {sets} sets of five runs of one of these robots, in {holds} the claim \
@@ -411,7 +430,12 @@ mod tests {
             arm,
             claims: claims([first, Opposed, Undecided]),
         };
-        let groups = StudyFile::open(&MIGLINO1995, None).unwrap().in_edition(Edition::First).unwrap().groups().unwrap();
+        let groups = StudyFile::open(&MIGLINO1995, None)
+            .unwrap()
+            .in_edition(Edition::First)
+            .unwrap()
+            .groups()
+            .unwrap();
         let arms = Sensitivity {
             main: assumed(Arm::main(), Holds),
             groups: groups

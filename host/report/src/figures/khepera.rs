@@ -5,7 +5,7 @@ use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, SOFT_INK, Svg};
 /// Pixels to a millimetre.
 const SCALE: f64 = 3.0;
 /// Width and height of a panel, in pixels.
-const PANEL: (f64, f64) = (400.0, 390.0);
+const PANEL: (f64, f64) = (470.0, 490.0);
 /// Distance between its wheels, and their length and width, mm.
 const WHEELS: f64 = 53.0;
 const WHEEL: (f64, f64) = (14.0, 3.0);
@@ -25,7 +25,7 @@ pub struct Eye {
 /// Radii are in mm.
 pub fn khepera(printed_radius: f64, bearings: &[f64], printed: &[&str], radius: f64, eyes: &[Eye]) -> String {
     let mut svg = Svg::new(2.0 * PANEL.0, PANEL.1, "A Khepera with its eight sensors, from above");
-    let middle = |panel: f64| ((panel + 0.5) * PANEL.0, 0.52 * PANEL.1);
+    let middle = |panel: f64| ((panel + 0.5) * PANEL.0, 0.51 * PANEL.1);
     let (left, right) = (middle(0.0), middle(1.0));
     title(&mut svg, left, "As the paper describes it");
     body(&mut svg, left, printed_radius);
@@ -33,27 +33,49 @@ pub fn khepera(printed_radius: f64, bearings: &[f64], printed: &[&str], radius: 
         sensor(&mut svg, left, printed_radius, *bearing);
         number(&mut svg, left, printed_radius + 9.0, *bearing, &(place + 1).to_string());
     }
-    let below = left.1 + SCALE * printed_radius + 44.0;
+    let below = left.1 + SCALE * printed_radius + 64.0;
     let ends = [left.0 - SCALE * printed_radius, left.0 + SCALE * printed_radius];
     let style = format!("stroke=\"{INK}\" stroke-width=\"1.2\"");
     svg.line((ends[0], below), (ends[1], below), &style);
     for end in ends {
         svg.line((end, below - 5.0), (end, below + 5.0), &style);
     }
-    svg.words((left.0, below - 6.0), 13.0, Anchor::Middle, PLAIN, &format!("{} mm", 2.0 * printed_radius));
+    svg.words(
+        (left.0, below - 6.0),
+        13.0,
+        Anchor::Middle,
+        PLAIN,
+        &format!("{} mm", 2.0 * printed_radius),
+    );
     for (line, words) in printed.iter().enumerate() {
-        svg.words((left.0, below + 18.0 + 15.0 * line as f64), 12.0, Anchor::Middle, SOFT, words);
+        svg.words(
+            (left.0, below + 18.0 + 15.0 * line as f64),
+            12.0,
+            Anchor::Middle,
+            SOFT,
+            words,
+        );
     }
     title(&mut svg, right, "As it was sampled");
     body(&mut svg, right, radius);
     for (place, eye) in eyes.iter().enumerate() {
         let end = at(right, radius + eye.half, eye.bearing);
-        svg.line(at(right, radius, eye.bearing), end, "stroke=\"#c8374f\" stroke-width=\"2\"");
+        svg.line(
+            at(right, radius, eye.bearing),
+            end,
+            "stroke=\"#c8374f\" stroke-width=\"2\"",
+        );
         sensor(&mut svg, right, radius, eye.bearing);
         let words = format!("{}: {:.0} mm", place + 1, eye.half);
         number(&mut svg, right, radius + eye.half + 9.0, eye.bearing, &words);
     }
-    svg.words((right.0, below + 18.0), 12.0, Anchor::Middle, SOFT, "red: how far from a wall it reads one half");
+    svg.words(
+        (right.0, PANEL.1 - 12.0),
+        12.0,
+        Anchor::Middle,
+        SOFT,
+        "red: how far from a wall it reads one half",
+    );
     svg.finish()
 }
 
@@ -88,7 +110,11 @@ fn sensor(svg: &mut Svg, middle: (f64, f64), radius: f64, bearing: f64) {
     let side = SCALE * SENSOR;
     let (x, y) = at(middle, radius - 0.5 * SENSOR, bearing);
     svg.raw(&format!("<g transform=\"rotate({:.1} {x:.2} {y:.2})\">", bearing));
-    svg.rectangle((x - 0.5 * side, y - 0.5 * side), (side, side), &format!("fill=\"#2b3a8f\" stroke=\"{INK}\""));
+    svg.rectangle(
+        (x - 0.5 * side, y - 0.5 * side),
+        (side, side),
+        &format!("fill=\"#2b3a8f\" stroke=\"{INK}\""),
+    );
     svg.raw("</g>");
 }
 
@@ -113,9 +139,9 @@ mod tests {
         let svg = khepera(27.5, &[-90.0, 90.0], &["30 mm high"], 27.5, &eyes);
         assert_eq!(svg.matches("r=\"82.5\"").count(), 2);
         assert!(svg.contains(">55 mm<") && svg.contains(">30 mm high<") && svg.contains(">2: 30 mm<"));
-        // From the rim at 600 + 82.5 pixels.
-        assert!(svg.contains("x1=\"682.5\"") && svg.contains("x2=\"772.5\""), "{svg}");
-        assert!(svg.contains("x1=\"517.5\"") && svg.contains("x2=\"487.5\""), "{svg}");
+        // From the rim, 82.5 pixels beside 705.
+        assert!(svg.contains("x1=\"787.5\"") && svg.contains("x2=\"877.5\""), "{svg}");
+        assert!(svg.contains("x1=\"622.5\"") && svg.contains("x2=\"592.5\""), "{svg}");
         assert_eq!(svg.matches("<g transform=\"rotate(").count(), 4);
     }
 }

@@ -51,7 +51,8 @@ const MOST: [f64; 2] = [29.5 / 20.2, 92.0 / 52.0];
 const FIFTH: usize = 4;
 const SIXTH: usize = 5;
 /// Why C12 is no question for a study.
-const HARDWARE: &str = "true by hardware: a computer of today simulates a life in far less than 2 s, and a real one takes its 50 s";
+const HARDWARE: &str =
+    "true by hardware: a computer of today simulates a life in far less than 2 s, and a real one takes its 50 s";
 
 /// What a study's results are judged with.
 pub(crate) struct Judging<'a> {
@@ -69,30 +70,31 @@ pub(crate) struct Judging<'a> {
 
 /// Judges all claims of an edition.
 pub(crate) fn judge(judging: &Judging<'_>) -> Vec<Claim> {
-    let mut claims: Vec<Claim> = Table::in_edition(MIGLINO1995_CLAIMS, judging.edition)
-        .claims
-        .iter()
-        .map(|criterion| {
-            let judged = Judged {
-                results: judging.results,
-                sensors: judging.sensors,
-                criterion,
-                judging,
-            };
-            let finding = judged.finding();
-            let missing = finding.missing.unwrap_or_default();
-            let remarks = [criterion.remark(), &finding.remark, missing];
-            let remarks: Vec<&str> = remarks.into_iter().filter(|remark| !remark.is_empty()).collect();
-            let remark = remarks.join(". ");
-            let power = judging.planned.and_then(|planned| planned.claim(criterion.id()));
-            Claim {
-                power,
-                ..criterion.judged(finding.verdict(), finding, remark)
-            }
-        })
-        .collect();
+    let table = Table::in_edition(MIGLINO1995_CLAIMS, judging.edition);
+    let mut claims: Vec<Claim> = table.claims.iter().map(|criterion| judging.claim(criterion)).collect();
     correct(&mut claims);
     claims
+}
+
+impl Judging<'_> {
+    /// Judges one claim.
+    fn claim(&self, criterion: &Preregistered) -> Claim {
+        let judged = Judged {
+            results: self.results,
+            sensors: self.sensors,
+            criterion,
+            judging: self,
+        };
+        let finding = judged.finding();
+        let missing = finding.missing.unwrap_or_default();
+        let remarks = [criterion.remark(), &finding.remark, missing];
+        let remarks: Vec<&str> = remarks.into_iter().filter(|remark| !remark.is_empty()).collect();
+        let remark = remarks.join(". ");
+        Claim {
+            power: self.planned.and_then(|planned| planned.claim(criterion.id())),
+            ..criterion.judged(finding.verdict(), finding, remark)
+        }
+    }
 }
 
 /// Applies Holm's correction to all tests over runs.
@@ -194,8 +196,15 @@ impl Judged<'_> {
         for Shown { name, values, .. } in &shown {
             of_contrasts.mean(format!("{name}, mean over runs"), values);
             if let Some(measured) = self.judging.planned.and_then(|planned| planned.contrast(name)) {
-                of_contrasts.estimate(format!("{name}, 30 robots"), measured.estimate, Some(measured.interval()));
-                of_contrasts.note(format!("{name}, chance that five runs of one robot show this outcome"), measured.chance);
+                of_contrasts.estimate(
+                    format!("{name}, 30 robots"),
+                    measured.estimate,
+                    Some(measured.interval()),
+                );
+                of_contrasts.note(
+                    format!("{name}, chance that five runs of one robot show this outcome"),
+                    measured.chance,
+                );
             }
         }
         finding.effects.splice(0..0, of_contrasts.effects);
@@ -414,10 +423,14 @@ impl Judged<'_> {
         let (mut effects, mut is_met) = (Finding::default(), true);
         finding.parts.clear();
         for ((what, ranges), most) in rows.into_iter().zip(MOST) {
-            let [least, greatest] = [f64::min, f64::max].map(|of| ranges.iter().copied().reduce(of).unwrap_or(f64::NAN));
+            let [least, greatest] =
+                [f64::min, f64::max].map(|of| ranges.iter().copied().reduce(of).unwrap_or(f64::NAN));
             let ratio = greatest / least;
             effects.note(format!("greatest over least {what} of half readings"), ratio);
-            effects.note(format!("sixth over fifth sensor, {what} of half readings"), ranges[SIXTH] / ranges[FIFTH]);
+            effects.note(
+                format!("sixth over fifth sensor, {what} of half readings"),
+                ranges[SIXTH] / ranges[FIFTH],
+            );
             effects.note(format!("the most that the recordings' range can show, {what}"), most);
             is_met &= ratio >= MUCH;
             let name = format!("the greatest {what} of half readings is at least {MUCH} times the least");
@@ -425,7 +438,9 @@ impl Judged<'_> {
                 Part::fact(&name, ratio >= MUCH)
             } else {
                 let [ratio, most] = [ratio, most].map(|ratio| fixed(ratio, 2));
-                Part::undecided(format!("{what} of half readings: {ratio} times, of {most} that can be drawn"))
+                Part::undecided(format!(
+                    "{what} of half readings: {ratio} times, of {most} that can be drawn"
+                ))
             });
         }
         let is_worse = finding.registered == Some(true) || finding.effects[1].value > 0.0;
@@ -860,8 +875,10 @@ impl Judged<'_> {
     fn behaviour_in_corners(&self) -> Finding {
         let mut finding = self.behaviour();
         let turns = |episode: &MeasuredEpisode| corner_turns(&episode.path, &self.judging.corners);
-        let champions: Vec<[[f64; 2]; 2]> =
-            self.runs(Without).map(|run| [turns(&run.champion.real), turns(&run.champion.simulated)]).collect();
+        let champions: Vec<[[f64; 2]; 2]> = self
+            .runs(Without)
+            .map(|run| [turns(&run.champion.real), turns(&run.champion.simulated)])
+            .collect();
         let mut shares = Vec::new();
         for (place, name) in ["reality", "simulation"].into_iter().enumerate() {
             let sum = |of: usize| champions.iter().map(|champion| champion[place][of]).sum::<f64>();
@@ -870,8 +887,12 @@ impl Judged<'_> {
             shares.push(sum(1) / sum(0));
         }
         // Champions that leave no corner in one of both say nothing.
-        let both = champions.iter().filter(|champion| champion.iter().all(|[visits, _]| *visits > 0.0));
-        let more: Vec<f64> = both.map(|[real, simulated]| real[1] / real[0] - simulated[1] / simulated[0]).collect();
+        let both = champions
+            .iter()
+            .filter(|champion| champion.iter().all(|[visits, _]| *visits > 0.0));
+        let more: Vec<f64> = both
+            .map(|[real, simulated]| real[1] / real[0] - simulated[1] / simulated[0])
+            .collect();
         let what = "fraction of corners left by more than 90 degrees, reality minus simulation, no noise";
         finding.parts.insert(0, Part::above(what, &[(1.0, &more)], 0.0));
         finding.registered = finding.registered.map(|is_met| is_met && shares[0] > shares[1]);
@@ -1071,12 +1092,16 @@ pub(super) fn half_gaps(table: &SensorTable) -> Vec<f64> {
 
 /// For each sensor, the angle in degrees over which its reading, [`ANGLES_AT`] from the object, is one half or more.
 fn half_angles(table: &SensorTable) -> Vec<f64> {
-    let row = ((ANGLES_AT - f64::from(table.nearest)) / f64::from(table.spacing)).round().max(0.0) as u32;
+    let row = ((ANGLES_AT - f64::from(table.nearest)) / f64::from(table.spacing))
+        .round()
+        .max(0.0) as u32;
     let row = row.min(table.rows.saturating_sub(1)) as usize;
     let bearings = table.bearings as usize;
     let is_half = |cell: usize, sensor: usize| 2.0 * f64::from(table.cell(cell)[sensor]) >= f64::from(GREATEST_READING);
     let angle = |sensor: usize| {
-        let count = (row * bearings..(row + 1) * bearings).filter(|cell| is_half(*cell, sensor)).count();
+        let count = (row * bearings..(row + 1) * bearings)
+            .filter(|cell| is_half(*cell, sensor))
+            .count();
         360.0 * count as f64 / bearings as f64
     };
     (0..SENSORS).map(angle).collect()
@@ -1089,20 +1114,26 @@ mod tests {
 
     const GENERATION: usize = GENERATIONS as usize;
 
-    fn in_edition(results: &Results, edition: Edition) -> Vec<Claim> {
-        judge(&Judging {
+    fn judging<'a>(results: &'a Results, sensors: &'a SensorTables, edition: Edition) -> Judging<'a> {
+        Judging {
             results,
-            sensors: &SensorTables::khepera(),
+            sensors,
             is_real_robot: false,
             corners: vec![[0.0, 0.0], [600.0, 0.0], [600.0, 350.0], [0.0, 350.0]],
             edition,
             planned: None,
-        })
+        }
+    }
+
+    /// One claim, since bootstraps of all take long.
+    fn of(judging: &Judging<'_>, id: &str) -> Claim {
+        let table = Table::in_edition(MIGLINO1995_CLAIMS, judging.edition);
+        judging.claim(table.claims.iter().find(|claim| claim.id() == id).unwrap())
     }
 
     fn claims<const N: usize>(results: &Results, ids: [&str; N]) -> [Claim; N] {
-        let claims = all(results);
-        ids.map(|id| claims.iter().find(|claim| claim.id == id).unwrap().clone())
+        let sensors = SensorTables::khepera();
+        ids.map(|id| of(&judging(results, &sensors, Edition::First), id))
     }
 
     fn claim(results: &Results, id: &str) -> Claim {
@@ -1180,7 +1211,7 @@ mod tests {
     }
 
     fn all(results: &Results) -> Vec<Claim> {
-        in_edition(results, Edition::First)
+        judge(&judging(results, &SensorTables::khepera(), Edition::First))
     }
 
     /// Fewer runs than the paper's decide nothing, whatever their intervals. An episode's speed needs no runs.
@@ -1204,21 +1235,28 @@ mod tests {
     }
 
     fn of_second(results: &Results, id: &str) -> Claim {
-        let claims = in_edition(results, Edition::Second);
-        claims.into_iter().find(|claim| claim.id == id).unwrap()
+        of(&judging(results, &SensorTables::khepera(), Edition::Second), id)
     }
 
     /// The second edition's claims are judged by its contrasts: made-up gaps of 42, 77 and 3.5 are in the paper's order.
     #[test]
     fn the_second_edition_has_its_contrasts() {
-        let mut results = results(40);
+        let mut results = results(20);
         results.to_and_fro = vec![299.0, 300.0, 301.0];
         for id in ["C3", "C5", "C6"] {
             let claim = of_second(&results, id);
-            assert_eq!((claim.verdict, claim.registered), (Verdict::Holds, Some(true)), "{id}: {:?}", claim.reasons);
+            assert_eq!(
+                (claim.verdict, claim.registered),
+                (Verdict::Holds, Some(true)),
+                "{id}: {:?}",
+                claim.reasons
+            );
         }
         let gap = |claim: &Claim, name: &str| {
-            let found = claim.effects.iter().find(|effect| effect.name == format!("{name}, mean over runs"));
+            let found = claim
+                .effects
+                .iter()
+                .find(|effect| effect.name == format!("{name}, mean over runs"));
             found.unwrap_or_else(|| panic!("{name} in {:?}", claim.effects)).value
         };
         let transfer = of_second(&results, "C3");
@@ -1232,7 +1270,12 @@ mod tests {
         }
         let wider = of_second(&results, "C3");
         assert_eq!(wider.verdict, Verdict::Opposed);
-        assert!(wider.reasons.iter().any(|reason| reason.starts_with("gap conservative = 0: ") && reason.ends_with(", above 25")));
+        assert!(
+            wider
+                .reasons
+                .iter()
+                .any(|reason| reason.starts_with("gap conservative = 0: ") && reason.ends_with(", above 25"))
+        );
     }
 
     /// The peak's falls are 60, 110 and 5 here, and C13 asks for less than 25.
@@ -1246,7 +1289,8 @@ mod tests {
             run.real[0].peak = run.simulated[GENERATION].peak - 10.0;
         }
         assert_eq!(of_second(&results, "C13").verdict, Verdict::Holds);
-        assert!(in_edition(&results, Edition::First).iter().all(|claim| claim.id != "C13"));
+        let first = Table::in_edition(MIGLINO1995_CLAIMS, Edition::First);
+        assert!(first.claims.iter().all(|claim| claim.id() != "C13"));
     }
 
     /// C12 needs no study, whatever the clock said.
@@ -1277,15 +1321,11 @@ mod tests {
     fn ranges_are_compared_by_distance_and_angle() {
         let results = results(5);
         let judged = |sensors: &SensorTables, is_real_robot| {
-            let claims = judge(&Judging {
-                results: &results,
-                sensors,
+            let judging = Judging {
                 is_real_robot,
-                corners: Vec::new(),
-                edition: Edition::Second,
-                planned: None,
-            });
-            claims.into_iter().find(|claim| claim.id == "C1").unwrap()
+                ..judging(&results, sensors, Edition::Second)
+            };
+            of(&judging, "C1")
         };
         let own = SensorTables::khepera();
         let mut alike = SensorTables::clone(&own);
@@ -1296,11 +1336,22 @@ mod tests {
         }
         let claim = judged(&alike, false);
         assert_eq!((claim.verdict, claim.registered), (Verdict::Undecided, Some(false)));
-        assert_eq!(claim.reasons[0], "distance of half readings: 1.00 times, of 1.46 that can be drawn");
-        assert_eq!(claim.reasons[1], "angle of half readings: 1.00 times, of 1.77 that can be drawn");
+        assert_eq!(
+            claim.reasons[0],
+            "distance of half readings: 1.00 times, of 1.46 that can be drawn"
+        );
+        assert_eq!(
+            claim.reasons[1],
+            "angle of half readings: 1.00 times, of 1.77 that can be drawn"
+        );
         let claim = judged(&alike, true);
         assert_eq!(claim.verdict, Verdict::Opposed);
-        let figures: Vec<f64> = judged(&own, true).effects.iter().take(6).map(|effect| effect.value).collect();
+        let figures: Vec<f64> = judged(&own, true)
+            .effects
+            .iter()
+            .take(6)
+            .map(|effect| effect.value)
+            .collect();
         assert!(figures[0] > 1.0 && figures[3] > 1.0, "{figures:?}");
         println!("{figures:?}");
         let papers: Vec<Option<f64>> = claim.effects.iter().take(6).map(|effect| effect.paper).collect();
@@ -1312,7 +1363,9 @@ mod tests {
     fn turns_in_corners_are_counted() {
         let mut results = results(8);
         // Into the corner and out of it again, or along both walls.
-        let back: Vec<[f32; 2]> = (0..50_u8).map(|cycle| [f32::from(cycle.abs_diff(25)) * 8.0 + 40.0, 40.0]).collect();
+        let back: Vec<[f32; 2]> = (0..50_u8)
+            .map(|cycle| [f32::from(cycle.abs_diff(25)) * 8.0 + 40.0, 40.0])
+            .collect();
         let along: Vec<[f32; 2]> = (0..50_u8)
             .map(|cycle| match cycle {
                 0..25 => [f32::from(25 - cycle) * 8.0 + 40.0, 40.0],
@@ -1329,13 +1382,21 @@ mod tests {
             claim.effects.iter().find(|effect| effect.name == name).unwrap().value
         };
         assert_eq!((share("reality"), share("simulation")), (0.75, 0.0));
-        assert!(!claim.reasons.iter().any(|reason| reason.contains("corners left")), "{:?}", claim.reasons);
+        assert!(
+            !claim.reasons.iter().any(|reason| reason.contains("corners left")),
+            "{:?}",
+            claim.reasons
+        );
         for run in &mut results.runs {
             std::mem::swap(&mut run.champion.real.path, &mut run.champion.simulated.path);
         }
         let claim = of_second(&results, "C9");
         assert!(claim.verdict == Verdict::Opposed && claim.registered == Some(false));
-        assert!(claim.reasons[0].starts_with("fraction of corners left"), "{:?}", claim.reasons);
+        assert!(
+            claim.reasons[0].starts_with("fraction of corners left"),
+            "{:?}",
+            claim.reasons
+        );
     }
 
     /// More runs may decide a claim, but not the other way round.

@@ -222,7 +222,10 @@ mod tests {
         let more = [[300.0, 40.0], [40.0, 40.0], [160.0, 200.0]];
         assert_eq!(counted(&less), [1.0, 0.0]);
         assert_eq!(counted(&more), [1.0, 1.0]);
-        assert_eq!(counted(&[&more[..], &[[300.0, 40.0], [560.0, 40.0], [600.0, 300.0]]].concat()), [2.0, 1.0]);
+        assert_eq!(
+            counted(&[&more[..], &[[300.0, 40.0], [560.0, 40.0], [600.0, 300.0]]].concat()),
+            [2.0, 1.0]
+        );
         // A wall far from corners is none, and who stays in a corner has not left it.
         assert_eq!(counted(&[[300.0, 300.0], [300.0, 40.0], [300.0, 300.0]]), [0.0, 0.0]);
         assert_eq!(counted(&more[..2]), [0.0, 0.0]);

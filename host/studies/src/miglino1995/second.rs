@@ -153,7 +153,9 @@ static OF_CONDITIONS: [Contrast<Trio>; 16] = [
 /// The contrasts of C13, which is not registered: a family apart.
 static OF_PEAKS: [Contrast<Trio>; 3] = [
     above("25 - peak fall none", &["C13"], |[none, ..]| MARGIN - none.peak_fall()),
-    above("25 - peak fall sensor", &["C13"], |[_, sensor, _]| MARGIN - sensor.peak_fall()),
+    above("25 - peak fall sensor", &["C13"], |[_, sensor, _]| {
+        MARGIN - sensor.peak_fall()
+    }),
     above("25 - peak fall conservative", &["C13"], |[.., conservative]| {
         MARGIN - conservative.peak_fall()
     }),
@@ -196,7 +198,9 @@ pub(super) fn trios(runs: &[StudyRun]) -> Vec<Trio> {
     for run in runs {
         known.entry(run.number).or_default()[run.condition as usize] = Some(Run::of_study(run));
     }
-    let complete = known.into_values().filter_map(|[none, sensor, conservative]| Some([none?, sensor?, conservative?]));
+    let complete = known
+        .into_values()
+        .filter_map(|[none, sensor, conservative]| Some([none?, sensor?, conservative?]));
     complete.collect()
 }
 
@@ -592,20 +596,35 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
 
 /// A claim's verdict over all robots, and its contrasts: the name, the estimate with its interval, and the outcome.
 #[cfg(test)]
-pub(super) type OfAllRobots = (&'static str, Verdict, Vec<(&'static str, [f64; 3], Verdict)>);
+pub(super) type OfAllRobots = (
+    &'static str,
+    crate::verdict::Verdict,
+    Vec<(&'static str, [f64; 3], crate::verdict::Verdict)>,
+);
 
 /// The claims over all robots of a rule and severity: C3 to C8 by the registered family, C13 by its own.
 #[cfg(test)]
 pub(super) fn of_all_robots(runs: &Runs) -> Vec<OfAllRobots> {
-    let families = [(&OF_CONDITIONS[..], &["C3", "C4", "C5", "C6", "C7", "C8"][..]), (&OF_PEAKS[..], &["C13"])];
+    let families = [
+        (&OF_CONDITIONS[..], &["C3", "C4", "C5", "C6", "C7", "C8"][..]),
+        (&OF_PEAKS[..], &["C13"]),
+    ];
     let judged = families.map(|(contrasts, claims)| {
         let judged = family(runs, contrasts, Kept::All, |_| false).unwrap();
-        claims.iter().map(move |claim| {
-            let (verdict, _) = contrasts::of_claim(claim, &judged, contrasts);
-            let pairs = contrasts.iter().zip(&judged).filter(|(contrast, _)| contrast.claims.contains(claim));
-            let of_claim = pairs.map(|(contrast, judged)| (contrast.name, judged.figures(), judged.outcome)).collect();
-            (*claim, verdict, of_claim)
-        }).collect::<Vec<OfAllRobots>>()
+        claims
+            .iter()
+            .map(move |claim| {
+                let (verdict, _) = contrasts::of_claim(claim, &judged, contrasts);
+                let pairs = contrasts
+                    .iter()
+                    .zip(&judged)
+                    .filter(|(contrast, _)| contrast.claims.contains(claim));
+                let of_claim = pairs
+                    .map(|(contrast, judged)| (contrast.name, judged.figures(), judged.outcome))
+                    .collect();
+                (*claim, verdict, of_claim)
+            })
+            .collect::<Vec<OfAllRobots>>()
     });
     judged.concat()
 }

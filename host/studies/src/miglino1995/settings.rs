@@ -615,7 +615,10 @@ impl Settings {
         }
         let spec = self.experiment(Condition::None).world().spec();
         let mut rows = vec![("robot.collision", chosen(&spec.robot.collision))];
-        rows.push(("collision.fitness", "0: a cycle that ends in a collision earns nothing".to_owned()));
+        rows.push((
+            "collision.fitness",
+            "0: a cycle that ends in a collision earns nothing".to_owned(),
+        ));
         if let Task::Avoidance { speed, difference, .. } = &spec.task {
             rows.extend([("task.difference", chosen(difference)), ("task.speed", chosen(speed))]);
         }
@@ -642,10 +645,15 @@ impl Settings {
         };
         let is_first: Vec<String> = rows.iter().map(|(key, _)| key.clone()).collect();
         rows.push(("runs".to_owned(), format!("{} of each condition", self.runs)));
-        rows.extend(of_all.iter().filter(|(key, _)| !is_first.contains(key)).map(|(key, value)| {
-            let is_sampled = ["robot.tables", "robot.motors"].contains(&key.as_str());
-            (key.clone(), if is_sampled { &made_from } else { value }.clone())
-        }));
+        rows.extend(
+            of_all
+                .iter()
+                .filter(|(key, _)| !is_first.contains(key))
+                .map(|(key, value)| {
+                    let is_sampled = ["robot.tables", "robot.motors"].contains(&key.as_str());
+                    (key.clone(), if is_sampled { &made_from } else { value }.clone())
+                }),
+        );
         for condition in [Condition::Sensor, Condition::Conservative] {
             let of_condition = resolved(condition).into_iter();
             let of_condition = of_condition.filter(|(key, value)| of_all.get(key) != Some(value));
@@ -829,7 +837,10 @@ mod tests {
 
     /// The first edition, which has the arms.
     fn shipped() -> StudyFile {
-        StudyFile::open(&MIGLINO1995, None).unwrap().in_edition(Edition::First).unwrap()
+        StudyFile::open(&MIGLINO1995, None)
+            .unwrap()
+            .in_edition(Edition::First)
+            .unwrap()
     }
 
     fn under(arm: &str) -> Settings {
@@ -860,12 +871,24 @@ mod tests {
         };
         let second = |severity| {
             let file = StudyFile::open(&MIGLINO1995, None).unwrap();
-            Settings::new(&file, Arm::MAIN, Asked { severity, ..asked.clone() }).unwrap()
+            Settings::new(
+                &file,
+                Arm::MAIN,
+                Asked {
+                    severity,
+                    ..asked.clone()
+                },
+            )
+            .unwrap()
         };
         let main = second(None);
         assert_eq!(main.differences, Differences::all(1.0).with_motion(0.5));
         assert_eq!(main.world().robot.collision.word(), "slide");
-        assert!(main.describe().contains("severity 1 (of motion 0.5), "), "{}", main.describe());
+        assert!(
+            main.describe().contains("severity 1 (of motion 0.5), "),
+            "{}",
+            main.describe()
+        );
         assert!(main.record().contains("\"edition\": \"second\""));
         assert_eq!(assumption(&main, "reality.motion_severity").value, "0.5");
         let seeds = |settings: &Settings| Condition::ALL.map(|condition| settings.run_seed(condition, 2));
@@ -875,8 +898,16 @@ mod tests {
         assert_eq!(second(Some(1.5)).differences, Differences::all(1.5));
         let first = under("main");
         assert!(!first.is_calibrated_main() && first.world().robot.collision.word() == "undo");
-        assert!(!first.record().contains("edition"), "studies from before keep their identity");
-        assert!(first.assumptions().iter().all(|row| row.name != "reality.motion_severity" && row.name != "robot.collision"));
+        assert!(
+            !first.record().contains("edition"),
+            "studies from before keep their identity"
+        );
+        assert!(
+            first
+                .assumptions()
+                .iter()
+                .all(|row| row.name != "reality.motion_severity" && row.name != "robot.collision")
+        );
     }
 
     #[test]

@@ -167,18 +167,31 @@ fn collisions_are_as_the_assumptions_say() {
             full: false,
             tables: Vec::new(),
         };
-        let file = StudyFile::open(&MIGLINO1995, None).unwrap().in_edition(edition).unwrap();
+        let file = StudyFile::open(&MIGLINO1995, None)
+            .unwrap()
+            .in_edition(edition)
+            .unwrap();
         Settings::new(&file, "main", asked).unwrap()
     };
     assert_eq!(file.edition(), Edition::Second);
     let settings = listed(Edition::Second);
-    let rows: Vec<(String, String)> =
-        settings.assumptions().into_iter().take(4).map(|row| (row.name, row.value)).collect();
+    let rows: Vec<(String, String)> = settings
+        .assumptions()
+        .into_iter()
+        .take(4)
+        .map(|row| (row.name, row.value))
+        .collect();
     let expected = [
-        ("robot.collision", "slide: the robot slides along what it would touch, and turns"),
+        (
+            "robot.collision",
+            "slide: the robot slides along what it would touch, and turns",
+        ),
         ("collision.fitness", "0: a cycle that ends in a collision earns nothing"),
         ("task.difference", "root: 1 - sqrt(DV)"),
-        ("task.speed", "unsigned: (|left| + |right|) / 2: driving backwards counts like driving forwards"),
+        (
+            "task.speed",
+            "unsigned: (|left| + |right|) / 2: driving backwards counts like driving forwards",
+        ),
     ];
     for ((name, value), (key, words)) in rows.iter().zip(expected) {
         assert_eq!((&**name, &**value), (key, words));
@@ -186,11 +199,27 @@ fn collisions_are_as_the_assumptions_say() {
     // Straight ahead into a wall, at a slant.
     let genes: Vec<f32> = (0..18).map(|gene| if gene % 9 == 8 { 5.0 } else { 0.0 }).collect();
     let slides = [Edition::First, Edition::Second].map(|edition| {
-        let start = oneiro::world::Start::At { x: 60.0, y: 200.0, heading: 0.4 };
-        let world = World::new(WorldSpec { start, ..listed(edition).world() }).unwrap();
-        let rollout = Rollout { world: 0, genes: &genes, key: Key::rollout(3, 0, 0, 0) };
+        let start = oneiro::world::Start::At {
+            x: 60.0,
+            y: 200.0,
+            heading: 0.4,
+        };
+        let world = World::new(WorldSpec {
+            start,
+            ..listed(edition).world()
+        })
+        .unwrap();
+        let rollout = Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key::rollout(3, 0, 0, 0),
+        };
         let batch = Batch::new(&[world], &[rollout], Some(TraceRequest { every: 1 })).unwrap();
-        let trace = &Cpu::new(None).unwrap().evaluate(&batch, &Control::new()).unwrap().traces[0];
+        let trace = &Cpu::new(None)
+            .unwrap()
+            .evaluate(&batch, &Control::new())
+            .unwrap()
+            .traces[0];
         let (mut collided, mut moved) = (0, 0.0_f32);
         for cycle in 1..trace.len() {
             let (before, now) = (trace[cycle - 1], trace[cycle]);

@@ -24,7 +24,12 @@ fn eyes(table: &SensorTable) -> Vec<Eye> {
         y.atan2(x).to_degrees()
     };
     let halves = half_gaps(table).into_iter().enumerate();
-    halves.map(|(sensor, half)| Eye { bearing: middle(sensor), half }).collect()
+    halves
+        .map(|(sensor, half)| Eye {
+            bearing: middle(sensor),
+            half,
+        })
+        .collect()
 }
 
 /// Figure 1: the robot with its sensors.
@@ -37,7 +42,13 @@ fn robot(study: &Report<'_>) -> String {
         "30 mm high, 70 g, two wheels",
         "six infra-red sensors in front, two at the back",
     ];
-    let svg = figures::khepera(0.5 * paper::DIAMETER, &BEARINGS, &printed, f64::from(study.body_radius), &eyes);
+    let svg = figures::khepera(
+        0.5 * paper::DIAMETER,
+        &BEARINGS,
+        &printed,
+        f64::from(study.body_radius),
+        &eyes,
+    );
     let words = "The Khepera and its eight sensors, from above and to scale. Left: diameter, height, weight, wheels and sensors are the \
                  paper's; it shows a photograph and prints no directions, which are those of recordings here, and no distance between the \
                  wheels. Right: the robot of this study, each sensor in the direction in which it sees a wall most, with the distance at \

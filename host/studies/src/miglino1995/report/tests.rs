@@ -276,7 +276,11 @@ fn every_figure_and_table_of_the_paper_is_there() {
         assert_eq!(part(&html, "table", table).matches("<tr>").count(), 1 + 3, "{table}");
     }
     for number in 1..=12 {
-        let words = if number == 10 { "written when results were known" } else { "Preregistered" };
+        let words = if number == 10 {
+            "written when results were known"
+        } else {
+            "Preregistered"
+        };
         assert!(part(&html, "article", &format!("c{number}")).contains(words));
     }
 }
@@ -331,7 +335,14 @@ fn power_stands_beside_verdicts() {
     assert!(article.contains("Of 1680 sets of five runs of one of these robots, in 12.5 % the claim holds"));
     assert!(part(&html, "article", "c12").contains("<b>Not judged.</b> true by hardware."));
     // An undecided claim has no effect that five runs could show.
-    assert_eq!(claims[2].power.map(|power| Power { verdict: Verdict::Undecided, ..power }.chance()), Some(None));
+    assert_eq!(
+        claims[2].power.map(|power| Power {
+            verdict: Verdict::Undecided,
+            ..power
+        }
+        .chance()),
+        Some(None)
+    );
 }
 
 /// The robot is drawn to scale, with each sensor where it was sampled.

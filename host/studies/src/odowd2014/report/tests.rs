@@ -125,7 +125,8 @@ fn claims() -> Vec<Claim> {
     let table = Table::of(ODOWD2014_CLAIMS);
     let claim = |number: u32| Claim {
         source: "section 5".into(),
-        unit: "runs".into(),
+        is_later: false,
+            unit: "runs".into(),
         id: format!("D{number}"),
         question: table.claims[number as usize - 1].question().into(),
         statement: format!("What the paper says <{number}> of S0 & its robots."),
@@ -143,7 +144,8 @@ fn claims() -> Vec<Claim> {
             interval: Some([1.5, 3.0]),
             paper: Some(2.0),
         }],
-        tests: vec![Test {
+        power: None,
+            tests: vec![Test {
             name: "over against random, minutes".into(),
             statistic: "t".into(),
             value: 4.5,
