@@ -108,13 +108,13 @@ def main():
         outcomes = [[outcome([of(trio) for trio in five], margin) for _, of, margin in contrasts] for five in sets]
         worst = Counter(max(all_of, key=WORST.index) for all_of in outcomes)
         shares = {word: worst[word] / len(sets) for word in WORST}
-        differ += [claim for word in WORST if abs(shares[word] - of_claims[claim][word]) > 1e-4]
+        differ += [claim for word in WORST if abs(shares[word] - of_claims[claim][word]) > 1e-6]
         print(row(claim, "", of_claims[claim]["verdict"], shares))
         for (name, *_), of_set in zip(contrasts, zip(*outcomes)):
             counts = Counter(of_set)
             shares = {word: counts[word] / len(sets) for word in WORST}
             contrast = of_contrasts[name]
-            differ += [name] if abs(shares[contrast["outcome"]] - contrast["chance"]) > 1e-4 else []
+            differ += [name] if abs(shares[contrast["outcome"]] - contrast["chance"]) > 1e-6 else []
             print(row("", name, contrast["outcome"], shares))
     if differ:
         sys.exit(f"experiments/miglino1995/planned.toml has other figures of {', '.join(differ)}")

@@ -126,7 +126,7 @@ fn claims() -> Vec<Claim> {
     let claim = |number: u32| Claim {
         source: "section 5".into(),
         is_later: false,
-            unit: "runs".into(),
+        unit: "runs".into(),
         id: format!("D{number}"),
         question: table.claims[number as usize - 1].question().into(),
         statement: format!("What the paper says <{number}> of S0 & its robots."),
@@ -145,7 +145,7 @@ fn claims() -> Vec<Claim> {
             paper: Some(2.0),
         }],
         power: None,
-            tests: vec![Test {
+        tests: vec![Test {
             name: "over against random, minutes".into(),
             statistic: "t".into(),
             value: 4.5,
