@@ -126,7 +126,8 @@ fn line(claim: &Claim, has_power: bool) -> Vec<Cell> {
         Cell::html(chip(claim.verdict, claim.verdict.word())),
     ];
     if has_power {
-        cells.extend(power(claim.power).map(|text| Cell::text(&text)));
+        let [robots, chance] = power(claim.power);
+        cells.extend([Cell::text(&robots), Cell::number(chance)]);
     }
     cells.extend(main.map_or_else(|| vec![Cell::across(4, NONE)], effect));
     cells

@@ -993,7 +993,11 @@ mod tests {
     /// The source of a value that doesn't exist would never be read.
     #[test]
     fn every_source_is_that_of_a_value() {
-        let main = under("main");
+        let asked = Asked {
+            severity: None,
+            ..under("main").asked
+        };
+        let main = Settings::new(&StudyFile::open(&MIGLINO1995, None).unwrap(), Arm::MAIN, asked).unwrap();
         for key in main.sources.keys() {
             assert!(!assumption(&main, key).source.is_empty(), "{key}");
         }

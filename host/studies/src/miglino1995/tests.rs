@@ -221,12 +221,12 @@ fn collisions_are_as_the_assumptions_say() {
             .unwrap()
             .traces[0];
         let (mut collided, mut moved) = (0, 0.0_f32);
-        for cycle in 1..trace.len() {
-            let (before, now) = (trace[cycle - 1], trace[cycle]);
+        for cycle in 1..trace.len() - 1 {
+            let (before, now, next) = (trace[cycle - 1], trace[cycle], trace[cycle + 1]);
             if now.collided > 0.0 {
                 assert_eq!(now.fitness, before.fitness, "cycle {cycle}");
                 collided += 1;
-                moved += (now.x - before.x).hypot(now.y - before.y);
+                moved += (next.x - now.x).hypot(next.y - now.y);
             }
         }
         assert!(collided > 20, "{collided} collisions");

@@ -6,6 +6,7 @@ use oneiro_report::figures::{self, Eye};
 use oneiro_report::page::figure;
 
 use super::{Report, paper, run_name};
+use crate::file::Edition;
 use crate::miglino1995::judge::half_gaps;
 
 /// Bearings of a Khepera's sensors in recordings, degrees clockwise.
@@ -32,9 +33,10 @@ fn eyes(table: &SensorTable) -> Vec<Eye> {
         .collect()
 }
 
-/// Figure 1: the robot with its sensors.
+/// Figure 1: the robot with its sensors. The first edition's report has the figures that it was published with.
 fn robot(study: &Report<'_>) -> String {
-    let Some(wall) = study.sensors.class("wall") else {
+    let wall = study.sensors.class("wall");
+    let Some(wall) = wall.filter(|_| study.edition != Edition::First) else {
         return String::new();
     };
     let eyes = eyes(&study.sensors.classes[wall]);
