@@ -262,7 +262,7 @@ fn studies_that_a_wire_can_not_have_are_refused() {
             3,
             "changes samples.turns",
         ),
-        (&[tables, "--arm=undo"], 3, "changes reality.motion_severity"),
+        (&[tables, "--arm=undo"], 3, "changes reality.severity"),
         (&[tables, "--runs=0"], 3, "allowed: 1 to 1000"),
     ] {
         let study = [
