@@ -109,7 +109,7 @@ fn body(svg: &mut Svg, middle: (f64, f64), radius: f64) {
 fn sensor(svg: &mut Svg, middle: (f64, f64), radius: f64, bearing: f64) {
     let side = SCALE * SENSOR;
     let (x, y) = at(middle, radius - 0.5 * SENSOR, bearing);
-    svg.raw(&format!("<g transform=\"rotate({:.1} {x:.2} {y:.2})\">", bearing));
+    svg.raw(&format!("<g transform=\"rotate({bearing:.1} {x:.2} {y:.2})\">"));
     svg.rectangle(
         (x - 0.5 * side, y - 0.5 * side),
         (side, side),
