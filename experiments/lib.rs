@@ -48,6 +48,9 @@ pub const MIGLINO1995: Study = Study {
     claims: include_str!("miglino1995/claims.toml"),
 };
 
+/// What five runs of one robot can show of the claims of the study of 1995.
+pub const MIGLINO1995_PLANNED: &str = include_str!("miglino1995/planned.toml");
+
 /// The study of 2014.
 pub const ODOWD2014: Study = Study {
     path: "experiments/odowd2014/study.toml",

@@ -139,6 +139,14 @@ else
     skipped recordings "the first seed of the 1995 study with recordings"
 fi
 
+say "what five runs of the 1995 study can show"
+chances=studies/miglino1995/second/chances.py
+runs=studies/miglino1995/second/slide/results.csv
+"$python" "$chances" >"$scratch/printed" || fail "$chances"
+[ "$(missing)" = 0 ] || fail "studies/miglino1995/README.md lacks $(missing) lines of $chances"
+awk -F, -v OFS=, 'NR > 1 && /,30\.0,/ { $(NF - 8) += 9 } { print }' "$runs" >"$scratch/changed.csv"
+! "$python" "$chances" "$scratch/changed.csv" >"$scratch/printed" 2>&1 || fail "CONTROL: better lives in reality with conservative noise are not noticed"
+
 say "the 1995 study with other kinds of noise"
 runs=studies/miglino1995/noise/runs.csv
 "$python" studies/noise.py "$runs" >"$scratch/printed" || fail "studies/noise.py"

@@ -418,7 +418,7 @@ impl Choice for Task {
         (
             "avoidance",
             Self::AVOIDANCE,
-            "equation 1 of the paper: the sum over an episode's cycles of V (1 - sqrt(DV)) (1 - I)",
+            "the sum over an episode's cycles of V (1 - sqrt(DV)) (1 - I), and 0 for a cycle that ends in a collision: equation 1 of Miglino et al. 1995 with other choices, see docs/miglino1995.md",
         ),
         (
             "foraging",

@@ -138,7 +138,8 @@ pub enum Task {
     /// The seconds left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
     /// [`Build::Forager`].
     Foraging,
-    /// Equation 1 of Miglino et al. 1995, summed over the cycles of an episode.
+    /// Equation 1 of Miglino et al. 1995 with the choices below, summed over the cycles of an episode. A cycle that ends in a collision
+    /// earns nothing.
     Avoidance {
         /// Signed or unsigned V.
         speed: Speed,
@@ -154,7 +155,7 @@ pub enum Task {
 }
 
 impl Task {
-    /// Equation 1 with unsigned V, the root of DV and the activation without added noise.
+    /// Equation 1 with unsigned V, the root of DV, where the paper prints the square, and the activation without added noise.
     pub const AVOIDANCE: Self = Self::Avoidance {
         speed: Speed::Unsigned,
         difference: Difference::Root,

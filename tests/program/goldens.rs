@@ -926,7 +926,11 @@ fn study(kind: &str, paper: &str, options: &[(&str, &[&str])]) {
 
 #[test]
 fn the_study_of_1995_is_as_pinned() {
-    study("miglino1995", "miglino1995", &[("main", &[])]);
+    study(
+        "miglino1995",
+        "miglino1995",
+        &[("main", &["--edition", "first"]), ("second", &[])],
+    );
 }
 
 #[test]
@@ -940,9 +944,12 @@ fn the_study_of_2014_is_as_pinned() {
 #[ignore = "takes minutes: tests/long.sh runs it"]
 fn the_whole_study_of_1995_is_as_pinned() {
     let options: [(&str, &[&str]); 3] = [
-        ("full", &["--full"]),
-        ("square", &["--arm", "square"]),
-        ("ten-readings", &["--arm", "ten-readings", "--seed", "2"]),
+        ("full", &["--edition", "first", "--full"]),
+        ("square", &["--edition", "first", "--arm", "square"]),
+        (
+            "ten-readings",
+            &["--edition", "first", "--arm", "ten-readings", "--seed", "2"],
+        ),
     ];
     study("miglino1995-whole", "miglino1995", &options);
 }

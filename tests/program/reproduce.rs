@@ -191,6 +191,37 @@ fn invalid_studies_are_refused() {
     }
 }
 
+/// Arms belong to an edition, and a file without an edition's values does not have it.
+#[test]
+fn editions_have_their_arms() {
+    let place = Place::new("editions");
+    let reproduce = |more: &[&str]| place.run(&[&["reproduce", "miglino1995", "--out", "none"], more].concat());
+    reproduce(&["--arm", "square"]).exits(2).says(&[
+        "--arm square: is an arm of the first edition; allowed: --edition first, or of the second: main, undo, keep-turn",
+    ]);
+    reproduce(&["--edition", "first", "--arm", "undo"]).exits(2).says(&[
+        "--arm undo: is an arm of the second edition; allowed: --edition second, or of the first: main, square",
+    ]);
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
+    let study = fs::read_to_string(experiments.join("miglino1995/study.toml")).unwrap();
+    let study = study.replace("experiment = \"../khepera-avoidance.toml\"", "");
+    place.write("own.toml", study.replace("[editions.first]", "[editions.zeroth]"));
+    reproduce(&["--study", "own.toml", "--edition", "first"])
+        .exits(3)
+        .says(&[
+            "own.toml",
+            "editions.first: is missing; allowed: a table, as in the shipped file",
+        ]);
+    let listed = |edition| {
+        let ran = place
+            .run(&["reproduce", "miglino1995", "--arm", "list", "--edition", edition])
+            .exits(0);
+        ran.stdout.lines().count()
+    };
+    assert_eq!((listed("first"), listed("second")), (1 + 1 + 41, 1 + 1 + 5));
+    assert!(!place.at("none").exists(), "nothing was begun");
+}
+
 /// What only a surrogate has, and what a robot on a wire needs, is said before anything is connected or begun.
 #[test]
 fn studies_that_a_wire_can_not_have_are_refused() {
@@ -222,11 +253,16 @@ fn studies_that_a_wire_can_not_have_are_refused() {
             "'--robot <ROBOT>' cannot be used with '--calibrate'",
         ),
         (
-            &[tables, "--arm=half-severity"],
+            &[tables, "--edition=first", "--arm=half-severity"],
             3,
             "--arm half-severity: changes reality.severity_factor, which is given with --robot serial:",
         ),
-        (&[tables, "--arm=ten-readings"], 3, "changes samples.turns"),
+        (
+            &[tables, "--edition=first", "--arm=ten-readings"],
+            3,
+            "changes samples.turns",
+        ),
+        (&[tables, "--arm=undo"], 3, "changes reality.severity"),
         (&[tables, "--runs=0"], 3, "allowed: 1 to 1000"),
     ] {
         let study = [
@@ -300,7 +336,15 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
         [&study[..], short, more].concat()
     };
     let of_arm = |out, threads| {
-        let arm = ["--arm", "real-starts-walk", "--quiet", "--threads", threads];
+        let arm = [
+            "--edition",
+            "first",
+            "--arm",
+            "real-starts-walk",
+            "--quiet",
+            "--threads",
+            threads,
+        ];
         study(out, &arm)
     };
     let begun = Instant::now();
@@ -309,7 +353,10 @@ fn lives_in_sequence_are_a_function_of_the_settings() {
     place.good(&of_arm("killed", "1"));
     place.assert_same_files("whole", "killed");
     // Another arm is another study.
-    place.run(&study("whole", &[])).exits(3).says(&["another study's"]);
+    place
+        .run(&study("whole", &["--edition", "first"]))
+        .exits(3)
+        .says(&["another study's"]);
 }
 
 /// A study that is killed at several moments and restarted ends in the same files as an undisturbed one, also on one
@@ -335,7 +382,7 @@ fn a_study_is_a_function_of_its_settings() {
         .iter()
         .filter_map(|claim| claim["id"].as_str())
         .collect();
-    assert_eq!(ids.len(), 12);
+    assert_eq!(ids.len(), 13);
     assert!(place.at("whole/report.html").is_file());
 
     for kill in 1..=KILLS {

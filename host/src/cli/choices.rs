@@ -32,7 +32,9 @@ impl TypedValueParser for ArmParser {
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let arms = StudyFile::open(self.0, None).and_then(|file| file.arms()).ok()?;
+        let arms = StudyFile::open(self.0, None)
+            .and_then(|file| file.arms_of_all_editions())
+            .ok()?;
         let value = |arm: Arm| PossibleValue::new(arm.name);
         Some(Box::new(arms.into_iter().map(value)))
     }

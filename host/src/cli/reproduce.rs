@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueHint};
 use oneiro_lab::swarm::record::Credit;
-use oneiro_studies::file::{MIGLINO1995, ODOWD2014};
+use oneiro_studies::file::{Edition, MIGLINO1995, ODOWD2014};
 
 use super::choices::{ArmParser, choice};
 use super::device::Backend;
@@ -42,7 +42,7 @@ pub(crate) struct Miglino1995 {
     /// The robot for the transfer: surrogate:SEED, or an address, such as `serial:/dev/ttyUSB0`, with --tables
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
-    /// How much a surrogate differs from its simulator, 0 to 2 [default: 1.75]
+    /// How much a surrogate differs from its simulator, 0 to 2 [default: 1, and 0.5 in motion and latency]
     #[arg(long, value_name = "LAMBDA", value_parser = of_key::<f32>("reality.severity"))]
     pub(crate) severity: Option<f32>,
     /// Make the simulator from these samples: wall, round and, optionally, motors. A connected robot needs those of `oneiro robot
@@ -52,18 +52,21 @@ pub(crate) struct Miglino1995 {
     /// Add controls for the real generations, and simulators with other noise and tables (claim C11)
     #[arg(long)]
     pub(crate) full: bool,
-    /// Change a preregistered assumption; `list` lists them
+    /// Edition of the study, with its values and criteria
+    #[arg(long, value_name = "EDITION", value_parser = choice::<Edition>(), default_value = "second")]
+    pub(crate) edition: Edition,
+    /// Change a preregistered assumption; `list` lists the edition's
     #[arg(long, value_name = "ARM", hide_possible_values = true, value_parser = ArmParser(&MIGLINO1995), default_value = "main")]
     pub(crate) arm: String,
     /// Repeat the study under each other assumption, and tabulate the claims
     #[arg(long, conflicts_with = "arm")]
     pub(crate) sensitivity: bool,
-    /// Instead: measure the gap without noise by severity, on five other robots
-    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
+    /// Instead: measure the first edition's gap without noise by severity, on five other robots
+    #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "edition", "arm", "full", "sensitivity"])]
     pub(crate) calibrate: bool,
     /// Instead: judge the study's second edition from finished sweeps of studies/miglino1995/second
     #[arg(long, value_name = "DIR,..", value_delimiter = ',', value_hint = ValueHint::DirPath,
-        conflicts_with_all = ["runs", "robot", "severity", "tables", "arm", "full", "sensitivity", "calibrate", "study"])]
+        conflicts_with_all = ["runs", "robot", "severity", "tables", "edition", "arm", "full", "sensitivity", "calibrate", "study"])]
     pub(crate) sweeps: Vec<PathBuf>,
     /// Device that evaluates.
     #[command(flatten)]

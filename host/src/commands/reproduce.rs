@@ -7,7 +7,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::Result;
 use oneiro_lab::reality::site;
-use oneiro_studies::file::{MIGLINO1995, ODOWD2014, Shipped, StudyFile};
+use oneiro_studies::file::{Edition, MIGLINO1995, ODOWD2014, Shipped, StudyFile};
 use oneiro_studies::{Findings, Request, miglino1995, odowd2014};
 use serde_json::json;
 
@@ -32,7 +32,7 @@ fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>
     let (file, out) = (arguments.study.as_deref(), arguments.out.as_deref());
     let backend = &arguments.backend.resolve();
     if arguments.arm == ALL_ARMS {
-        return arms(&MIGLINO1995, file);
+        return arms(&MIGLINO1995, file, arguments.edition);
     }
     if !arguments.sweeps.is_empty() {
         return miglino1995::judge_sweeps(&sweeps(&arguments.sweeps, console)?, out);
@@ -50,6 +50,7 @@ fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>
     };
     let request = Request {
         file,
+        edition: arguments.edition,
         arm: &arguments.arm,
         sensitivity: arguments.sensitivity,
         out,
@@ -61,7 +62,7 @@ fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>
 fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Answer<Findings>> {
     let out = arguments.out.as_deref();
     if arguments.arm == ALL_ARMS {
-        return arms(&ODOWD2014, arguments.study.as_deref());
+        return arms(&ODOWD2014, arguments.study.as_deref(), Edition::default());
     }
     if !arguments.sweeps.is_empty() {
         return odowd2014::judge_sweeps(&sweeps(&arguments.sweeps, console)?, out);
@@ -76,6 +77,7 @@ fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Answer<Findings>> 
     };
     let request = Request {
         file: arguments.study.as_deref(),
+        edition: Edition::default(),
         arm: &arguments.arm,
         sensitivity: arguments.sensitivity,
         out,
@@ -85,8 +87,8 @@ fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Answer<Findings>> 
 }
 
 /// The arms of a study with their assumptions.
-fn arms(shipped: &'static Shipped, file: Option<&Path>) -> Result<Answer<Findings>> {
-    let arms = StudyFile::open(shipped, file)?.arms()?;
+fn arms(shipped: &'static Shipped, file: Option<&Path>, edition: Edition) -> Result<Answer<Findings>> {
+    let arms = StudyFile::open(shipped, file)?.in_edition(edition)?.arms()?;
     let words: Vec<_> = arms
         .iter()
         .map(|arm| vec![arm.name.clone(), arm.words.clone()])

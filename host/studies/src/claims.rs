@@ -7,6 +7,7 @@ use oneiro_statistics::{Interval, Probability, StudentT, bootstrap_interval, mea
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
+use super::file::Edition;
 use super::verdict::{Judged, LEVEL, Part, Verdict, of_parts};
 
 /// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
@@ -73,8 +74,11 @@ pub struct Claim {
     pub(crate) statement: String,
     /// Where the paper makes it.
     pub source: String,
-    /// The registered criterion, fixed before anything was evolved.
+    /// The criterion.
     pub criterion: String,
+    /// Whether that was written when the results were known. Else it was registered before anything was evolved.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) is_later: bool,
     /// Unit of analysis of the criterion's figures.
     pub unit: String,
     pub verdict: Verdict,
@@ -86,8 +90,36 @@ pub struct Claim {
     pub effects: Vec<Effect>,
     /// Significance tests: the paper's, over individuals, and ours, over runs.
     pub tests: Vec<Test>,
+    /// What a study with the paper's number of runs can show of it, if that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power: Option<Power>,
     /// Remarks for the reader.
     pub(crate) remark: String,
+}
+
+/// What many runs of many robots say of a claim, and how often five of the runs of one robot give each verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Power {
+    /// The verdict of all robots.
+    pub verdict: Verdict,
+    /// Sets of five runs of one robot.
+    pub sets: u32,
+    /// Fractions of the sets.
+    pub holds: f64,
+    pub undecided: f64,
+    pub opposed: f64,
+}
+
+impl Power {
+    /// The chance that five runs of one robot give the verdict of all robots, if that decides.
+    pub(crate) fn chance(&self) -> Option<f64> {
+        match self.verdict {
+            Verdict::Holds => Some(self.holds),
+            Verdict::Opposed => Some(self.opposed),
+            Verdict::Undecided | Verdict::NotJudged => None,
+        }
+    }
 }
 
 /// A claim before it is judged.
@@ -102,6 +134,9 @@ pub(crate) struct Preregistered {
     statement: String,
     source: String,
     criterion: String,
+    /// Whether the criterion was written when the results were known.
+    #[serde(default)]
+    is_later: bool,
     unit: String,
     #[serde(default)]
     remark: String,
@@ -181,7 +216,26 @@ pub(crate) struct Table {
 impl Table {
     /// Parses a compiled-in table.
     pub(crate) fn of(table: &str) -> Self {
-        toml::from_str(table).expect("a test has read it")
+        Self::in_edition(table, Edition::default())
+    }
+
+    /// Parses a compiled-in table, with the criteria of an edition.
+    pub(crate) fn in_edition(table: &str, edition: Edition) -> Self {
+        const READ: &str = "a test has read it";
+        let mut table: toml::Table = table.parse().expect(READ);
+        if let Some(toml::Value::Array(claims)) = table.get_mut("claims") {
+            let is_new = |claim: &toml::Value| claim.get("is_new").is_some();
+            claims.retain(|claim| edition != Edition::First || !is_new(claim));
+            for claim in claims.iter_mut().filter_map(toml::Value::as_table_mut) {
+                claim.remove("is_new");
+                if let Some(toml::Value::Table(first)) = claim.remove("first")
+                    && edition == Edition::First
+                {
+                    claim.extend(first);
+                }
+            }
+        }
+        table.try_into().expect(READ)
     }
 
     /// Keys and words of all questions, in the order of their first claims.
@@ -229,12 +283,14 @@ impl Preregistered {
             statement: self.statement.clone(),
             source: self.source.clone(),
             criterion: self.criterion.clone(),
+            is_later: self.is_later,
             unit: self.unit.clone(),
             verdict,
             reasons,
             registered: finding.registered.filter(|_| finding.missing.is_none()),
             effects: self.beside_the_papers(finding.effects).collect(),
             tests: finding.tests,
+            power: None,
             remark,
         }
     }
@@ -282,7 +338,7 @@ mod tests {
                 questions,
                 claims: criteria,
                 ..
-            } = Table::of(table);
+            } = Table::in_edition(table, Edition::First);
             assert!(
                 criteria
                     .iter()

@@ -144,6 +144,12 @@ pub(super) fn family(estimates: Vec<Estimate>) -> Result<Vec<Judged>, Undefined>
 }
 
 impl Judged {
+    /// The estimate, and both ends of its interval.
+    #[cfg(test)]
+    pub(super) fn figures(&self) -> [f64; 3] {
+        [self.estimate.value, self.estimate.low, self.estimate.high]
+    }
+
     /// The contrast as a part of a claim.
     fn part(&self, name: &str) -> Part {
         let Estimate { value, low, high, .. } = self.estimate;

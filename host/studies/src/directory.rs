@@ -22,9 +22,9 @@ use serde::de::DeserializeOwned;
 
 use super::assumptions::Assumption;
 use super::claims::Claim;
-use super::file::{Arm, StudyFile};
+use super::file::{Arm, Edition, StudyFile};
 use super::verdict::brief;
-use super::verdicts::{Assumed, Sensitivity};
+use super::verdicts::{Assumed, Sensitivity, power};
 use crate::Findings;
 
 /// File that records the settings of the study in a directory.
@@ -103,6 +103,7 @@ pub(super) trait Reproduction {
 pub struct Request<'a> {
     /// The study's file, instead of the compiled-in one.
     pub file: Option<&'a Path>,
+    pub edition: Edition,
     pub arm: &'a str,
     /// Whether to repeat the study under every other arm.
     pub sensitivity: bool,
@@ -327,13 +328,26 @@ pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
 
 /// The verdicts, which are also in the study's directory.
 fn verdicts(claims: Vec<Claim>, directory: &Path) -> Answer<Findings> {
-    let row = |claim: &Claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)];
+    let mut messages = vec![format!("wrote {}: {REPORT}, {CLAIMS}", directory.display())];
+    let mut head = vec!["claim", "verdict"];
+    let has_power = claims.iter().any(|claim| claim.power.is_some());
+    if has_power {
+        head.extend(["30 robots", "chance"]);
+        let words = "30 robots: the verdict of 8 runs of each; chance: how often five runs of one robot give it";
+        messages.push(words.to_owned());
+    }
+    head.push("reason");
+    let row = |claim: &Claim| {
+        let mut row = vec![claim.id.clone(), claim.verdict.to_string()];
+        if has_power {
+            row.extend(power(claim.power));
+        }
+        row.push(brief(&claim.reasons));
+        row
+    };
     let rows: Vec<Vec<String>> = claims.iter().map(row).collect();
     Answer {
-        messages: vec![format!("wrote {}: {REPORT}, {CLAIMS}", directory.display())],
-        ..Answer::new(
-            wrapped(&["claim", "verdict", "reason"], &rows),
-            Findings::Claims(claims),
-        )
+        messages,
+        ..Answer::new(wrapped(&head, &rows), Findings::Claims(claims))
     }
 }

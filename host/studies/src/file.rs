@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use oneiro::parameter::{Choice, Choices};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 pub use oneiro_experiments::{MIGLINO1995, ODOWD2014, Study as Shipped};
@@ -15,12 +16,48 @@ use toml::{Table, Value};
 
 use super::assumptions::Assumption;
 
-/// A study's file, read from disk or compiled in.
+/// An edition of a study: its values, its criteria and its arms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Edition {
+    First,
+    /// What a study's file says.
+    #[default]
+    Second,
+}
+
+impl Choice for Edition {
+    const CHOICES: Choices<Self> = &[
+        (
+            "second",
+            Self::Second,
+            "bodies slide in the simulator, at its calibrated severities",
+        ),
+        (
+            "first",
+            Self::First,
+            "superseded: the simulator undoes collisions, and the severity is 1.75",
+        ),
+    ];
+}
+
+/// What an earlier edition has otherwise: values, and where they are from.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct Earlier {
+    #[serde(default)]
+    pub(crate) sources: BTreeMap<String, String>,
+    #[serde(flatten)]
+    changes: Table,
+}
+
+/// A study's file, read from disk or compiled in, in one of its editions.
 pub struct StudyFile {
     shipped: &'static Shipped,
     /// Path of the file; `None` if it is compiled in.
     path: Option<PathBuf>,
     text: Cow<'static, str>,
+    edition: Edition,
+    /// What an earlier edition changes.
+    changes: Table,
 }
 
 impl StudyFile {
@@ -41,7 +78,41 @@ impl StudyFile {
             shipped,
             path: path.map(Path::to_owned),
             text,
+            edition: Edition::default(),
+            changes: Table::new(),
         })
+    }
+
+    /// Takes the values of an edition.
+    ///
+    /// # Errors
+    /// Exit 3 if the file does not have it; as [`StudyFile::under`].
+    pub fn in_edition(self, edition: Edition) -> Result<Self> {
+        /// The rest of the file is read by the study.
+        #[derive(Deserialize)]
+        struct File {
+            #[serde(default)]
+            editions: BTreeMap<String, Earlier>,
+        }
+        if edition == Edition::default() {
+            return Ok(self);
+        }
+        let word = edition.word();
+        let earlier = self.under(&Arm::main(), |mut file: File, source| {
+            let earlier = file.editions.remove(word);
+            let problem = "is missing; allowed: a table, as in the shipped file";
+            earlier.ok_or_else(|| source.invalid(&format!("editions.{word}"), problem))
+        })?;
+        Ok(Self {
+            edition,
+            changes: earlier.changes,
+            ..self
+        })
+    }
+
+    /// The edition whose values it has.
+    pub(crate) fn edition(&self) -> Edition {
+        self.edition
     }
 
     /// Hash of a user's study file; `None` for the compiled-in one.
@@ -63,17 +134,25 @@ impl StudyFile {
     ) -> Result<U> {
         let name = self.path.as_deref().unwrap_or(Path::new(self.shipped.path));
         let name = name.display().to_string();
-        let settings = arm.settings(&name);
+        let of_edition = placed(&format!("{name}: edition {}", self.edition.word()), &self.changes);
+        let settings: Vec<Setting> = of_edition.into_iter().chain(arm.settings(&name)).collect();
         let parsed = Parsed::new(name, &self.text)?;
         let (values, source) = Source::read(&parsed, &settings)?;
         make(values, &source)
     }
 
-    /// The arms, grouped by subject.
+    /// The edition's arms, grouped by subject.
     ///
     /// # Errors
     /// As [`StudyFile::under`].
     pub fn groups(&self) -> Result<Vec<Group>> {
+        let mut groups = self.all_groups()?;
+        groups.retain(|group| group.is_of(self.edition));
+        Ok(groups)
+    }
+
+    /// The arms of all editions.
+    fn all_groups(&self) -> Result<Vec<Group>> {
         /// The rest of the file is read by the study.
         #[derive(Deserialize)]
         struct File {
@@ -83,27 +162,50 @@ impl StudyFile {
         self.under(&Arm::main(), |file: File, _| Ok(file.arms))
     }
 
-    /// The unchanged study, and then all other arms.
+    /// The unchanged study, and then all other arms of the edition.
     ///
     /// # Errors
     /// As [`StudyFile::under`].
     pub fn arms(&self) -> Result<Vec<Arm>> {
-        let others = self.groups()?.into_iter().flat_map(|group| group.arms);
-        Ok(std::iter::once(Arm::main()).chain(others).collect())
+        self.groups().map(Arm::main_and)
+    }
+
+    /// The same of all editions.
+    ///
+    /// # Errors
+    /// As [`StudyFile::under`].
+    pub fn arms_of_all_editions(&self) -> Result<Vec<Arm>> {
+        self.all_groups().map(Arm::main_and)
     }
 
     /// Finds an arm by name.
     ///
     /// # Errors
-    /// Exit 2 with the names of all arms.
+    /// Exit 2 with the names of all arms, or with the edition that has it.
     pub(crate) fn arm(&self, name: &str) -> Result<Arm> {
         if name == Arm::MAIN {
             return Ok(Arm::main());
         }
         let arms = self.arms()?;
         let names: Vec<&str> = arms.iter().map(|arm| arm.name.as_str()).collect();
-        let unknown = Failure::usage(format_args!("--arm {name}: no such arm; allowed: {}", names.join(", ")));
-        arms.into_iter().find(|arm| arm.name == name).ok_or(unknown)
+        let names = names.join(", ");
+        let unknown = || -> Result<Failure> {
+            let has = |group: &Group| group.arms.iter().any(|arm| arm.name == name);
+            let group = self.all_groups()?.into_iter().find(has);
+            Ok(Failure::usage(match group.and_then(|group| group.edition) {
+                None => format!("--arm {name}: no such arm; allowed: {names}"),
+                Some(other) => {
+                    let here = self.edition.word();
+                    format!(
+                        "--arm {name}: is an arm of the {other} edition; allowed: --edition {other}, or of the {here}: {names}"
+                    )
+                }
+            }))
+        };
+        match arms.iter().find(|arm| arm.name == name) {
+            Some(arm) => Ok(arm.clone()),
+            None => Err(unknown()?),
+        }
     }
 
     /// Path and text of the experiment that a file names, or of the compiled-in one if it names none.
@@ -130,7 +232,15 @@ impl StudyFile {
 #[serde(deny_unknown_fields)]
 pub struct Group {
     pub about: String,
+    /// The only edition that has them.
+    edition: Option<String>,
     pub arms: Vec<Arm>,
+}
+
+impl Group {
+    fn is_of(&self, edition: Edition) -> bool {
+        self.edition.as_deref().is_none_or(|name| name == edition.word())
+    }
 }
 
 /// An alternative to one of the study's assumptions.
@@ -158,6 +268,12 @@ impl Arm {
         }
     }
 
+    /// The unchanged study, and the arms of some groups.
+    fn main_and(groups: Vec<Group>) -> Vec<Self> {
+        let others = groups.into_iter().flat_map(|group| group.arms);
+        std::iter::once(Self::main()).chain(others).collect()
+    }
+
     /// Whether the arm changes nothing.
     pub(crate) fn is_main(&self) -> bool {
         self.changes.is_empty()
@@ -169,11 +285,7 @@ impl Arm {
     }
 
     fn settings(&self, file: &str) -> Vec<Setting> {
-        let place = format!("{file}: arm {}", self.name);
-        let values = leaves(&self.changes).into_iter();
-        values
-            .map(|(key, value)| Setting::at(place.clone(), &key, &value))
-            .collect()
+        placed(&format!("{file}: arm {}", self.name), &self.changes)
     }
 
     /// Rows of the report's table of assumptions: each value by its key, with its source. For values that the arm
@@ -208,6 +320,14 @@ impl Arm {
         });
         arm.into_iter().chain(rows).collect()
     }
+}
+
+/// Settings from one place.
+fn placed(place: &str, changes: &Table) -> Vec<Setting> {
+    let values = leaves(changes).into_iter();
+    values
+        .map(|(key, value)| Setting::at(place.to_owned(), &key, &value))
+        .collect()
 }
 
 /// Values of a table and its nested tables by dotted key.

@@ -6,7 +6,7 @@ use std::fmt;
 
 use oneiro_report::numbers::significant;
 use oneiro_statistics::{Interval, contrast_interval};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Level of the intervals.
 pub(crate) const LEVEL: f64 = 0.95;
@@ -17,7 +17,7 @@ const FEWEST: usize = 5;
 const DIGITS: usize = 3;
 
 /// Outcome of a claim or of a part of it, from the best to the worst.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     Holds,

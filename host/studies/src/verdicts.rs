@@ -5,10 +5,10 @@ use std::fmt::Write;
 
 use oneiro_base::console::counted;
 use oneiro_report::figures::escaped;
-use oneiro_report::numbers::{Digits, NONE, probability, shown};
+use oneiro_report::numbers::{Digits, NONE, percent, probability, shown};
 use oneiro_report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 
-use crate::claims::{Claim, Effect, MET_IN, RESAMPLES, Table, Test};
+use crate::claims::{Claim, Effect, MET_IN, Power, RESAMPLES, Table, Test};
 use crate::file::Arm;
 use crate::verdict::Verdict;
 
@@ -26,15 +26,21 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
         (Verdict::NotJudged, 0) => String::new(),
         (_, count) => format!("<span class=\"{verdict}\"><b>{count}</b>{verdict}</span>\n"),
     });
-    let head = [
+    let has_power = claims.iter().any(|claim| claim.power.is_some());
+    let mut head = vec![
         Head::Text("Claim"),
         Head::Text("What the paper says"),
         Head::Text("Verdict"),
+    ];
+    if has_power {
+        head.extend([Head::Text("30 robots"), Head::Number("chance")]);
+    }
+    head.extend([
         Head::Text("Main effect"),
         Head::Number("here"),
         Head::Number("95 % interval"),
         Head::Number("paper"),
-    ];
+    ]);
     let (mut answers, mut rows) = (String::new(), Vec::new());
     for (key, question) in table_of.questions() {
         let of_question: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
@@ -48,28 +54,48 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
             cells: vec![Cell::across(head.len(), question)],
             sum: true,
         });
-        rows.extend(of_question.into_iter().map(|claim| Row::from(line(claim))));
+        rows.extend(of_question.into_iter().map(|claim| Row::from(line(claim, has_power))));
     }
     let not_judged = match count(Verdict::NotJudged) {
         0 => String::new(),
         count => format!("; {} not judged", counted(count, "is", "are")),
     };
+    let later: Vec<&str> = claims
+        .iter()
+        .filter(|claim| claim.is_later)
+        .map(|claim| claim.id.as_str())
+        .collect();
+    let fixed = if later.is_empty() {
+        "a criterion that was fixed before anything was evolved is met".to_owned()
+    } else {
+        format!(
+            "its criterion is met. Those of {} were written when results were known, the others before",
+            later.join(", ")
+        )
+    };
     let introduction = paragraph(&format!(
-        "Of the paper's {}, {}, {} and {}{not_judged}: the 95 % intervals over runs decide whether a criterion that was fixed before \
-         anything was evolved is met. By question:",
+        "Of the paper's {}, {}, {} and {}{not_judged}: the 95 % intervals over runs decide whether {fixed}. By question:",
         counted(claims.len(), "claim", "claims"),
         counted(count(Verdict::Holds), "holds", "hold"),
         counted(count(Verdict::Opposed), "is opposed", "are opposed"),
         counted(count(Verdict::Undecided), "is undecided", "are undecided"),
     ));
-    let caption = "All claims with their main effects, next to the paper's figure where it prints one, or where one \
-                   follows from what it prints. Intervals are over runs.";
+    let of_power = if has_power {
+        " \u{201c}30 robots\u{201d}: the verdict of 8 runs of each of 30 robots in the same simulator; \u{201c}chance\u{201d}: how often \
+         five runs of one of these robots give it."
+    } else {
+        ""
+    };
+    let caption = format!(
+        "All claims with their main effects, next to the paper's figure where it prints one, or where one follows from what it \
+         prints. Intervals are over runs.{of_power}"
+    );
     let answers = if claims.is_empty() {
         paragraph("Nothing has been judged.")
     } else {
         format!(
             "{introduction}<ul>\n{answers}</ul>\n<div class=\"tally\">\n{tally}</div>\n{}",
-            table("", caption, &head, &rows)
+            table("", &caption, &head, &rows)
         )
     };
     Section::new("abstract", "Abstract", format!("{about}{answers}"))
@@ -86,7 +112,7 @@ fn link(claim: &Claim) -> String {
     format!("<a href=\"#{}\">{}</a>", id(&claim.id), escaped(&claim.id))
 }
 
-fn line(claim: &Claim) -> Vec<Cell> {
+fn line(claim: &Claim, has_power: bool) -> Vec<Cell> {
     // A claim judged in several combinations has no single combination as its main effect. Otherwise effects that can
     // be compared with the paper come first.
     let effects = &claim.effects;
@@ -99,8 +125,23 @@ fn line(claim: &Claim) -> Vec<Cell> {
         Cell::text(&claim.statement),
         Cell::html(chip(claim.verdict, claim.verdict.word())),
     ];
+    if has_power {
+        let [robots, chance] = power(claim.power);
+        cells.extend([Cell::text(&robots), Cell::number(chance)]);
+    }
     cells.extend(main.map_or_else(|| vec![Cell::across(4, NONE)], effect));
     cells
+}
+
+/// The verdict of many robots, and the chance that five runs of one of them give it.
+pub(crate) fn power(power: Option<Power>) -> [String; 2] {
+    let none = || NONE.to_owned();
+    [
+        power.map_or_else(none, |power| power.verdict.to_string()),
+        power
+            .and_then(|power| power.chance())
+            .map_or_else(none, |chance| format!("{} %", percent(chance))),
+    ]
 }
 
 /// A section for each question: its claims in detail, and the figures and tables that `evidence` has for its key.
@@ -119,8 +160,8 @@ pub(super) fn by_question(table: &Table, claims: &[Claim], evidence: impl Fn(&st
 /// How claims were judged, for the methods of every study.
 pub(super) fn judging_methods() -> String {
     let paragraphs = [
-        "The criterion of each claim was fixed, word for word, before anything was evolved. A run is the unit of \
-         analysis unless the paper's test needs another: individuals, robots and minutes of one run depend on each \
+        "The criterion of each claim was fixed, word for word, before anything was evolved, unless the claim says otherwise. A run is \
+         the unit of analysis unless the paper's test needs another: individuals, robots and minutes of one run depend on each \
          other."
             .to_owned(),
         "A verdict rests on intervals, not on the sign of an estimate. Each part of a criterion compares a figure with \
@@ -164,17 +205,36 @@ pub(super) fn glossary(table_of: &Table) -> Section {
 fn article(claim: &Claim) -> String {
     let mut text = format!(
         "<article id=\"{}\" class=\"is-{}\">\n<h3>{} {}</h3>\n<blockquote>{}</blockquote>\n\
-         <p><b>Preregistered.</b> {}</p>\n<p class=\"small\">The paper: {}. Unit of analysis: {}.</p>\n{}",
+         <p><b>{}.</b> {}</p>\n<p class=\"small\">The paper: {}. Unit of analysis: {}.</p>\n{}",
         id(&claim.id),
         claim.verdict,
         escaped(&claim.id),
         chip(claim.verdict, claim.verdict.word()),
         escaped(&claim.statement),
+        if claim.is_later {
+            "Criterion, written when results were known"
+        } else {
+            "Preregistered"
+        },
         escaped(&claim.criterion),
         escaped(&claim.source),
         escaped(&claim.unit),
         verdict_and_reason(claim),
     );
+    if let Some(power) = claim.power {
+        let Power {
+            verdict,
+            sets,
+            holds,
+            undecided,
+            opposed,
+        } = power;
+        let [holds, undecided, opposed] = [holds, undecided, opposed].map(|share| format!("{} %", percent(share)));
+        text.push_str(&paragraph(&format!(
+            "Eight runs of each of 30 robots say: {verdict}. Of {sets} sets of five runs of one of these robots, in {holds} the claim \
+             holds, in {undecided} it is undecided, and in {opposed} it is opposed."
+        )));
+    }
     if !claim.effects.is_empty() {
         let head = [
             Head::Text("Effect"),
@@ -341,7 +401,7 @@ fn chip(verdict: Verdict, words: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::file::{MIGLINO1995, StudyFile};
+    use crate::file::{Edition, MIGLINO1995, StudyFile};
     use oneiro_report::page::check::unbalanced;
 
     fn claims(verdicts: [Verdict; 3]) -> Vec<Claim> {
@@ -351,12 +411,14 @@ mod tests {
             statement: "Robots <do>.".into(),
             source: "section 4".into(),
             criterion: "They do.".into(),
+            is_later: false,
             unit: "runs".into(),
             verdict,
             reasons: Vec::new(),
             registered: None,
             effects: Vec::new(),
             tests: Vec::new(),
+            power: None,
             remark: String::new(),
         };
         verdicts.into_iter().enumerate().map(claim).collect()
@@ -369,7 +431,12 @@ mod tests {
             arm,
             claims: claims([first, Opposed, Undecided]),
         };
-        let groups = StudyFile::open(&MIGLINO1995, None).unwrap().groups().unwrap();
+        let groups = StudyFile::open(&MIGLINO1995, None)
+            .unwrap()
+            .in_edition(Edition::First)
+            .unwrap()
+            .groups()
+            .unwrap();
         let arms = Sensitivity {
             main: assumed(Arm::main(), Holds),
             groups: groups

@@ -47,6 +47,7 @@ pub(crate) fn variants(settings: &Settings, study: &Study<'_>, robot: &Robot, ot
             World::new(WorldSpec {
                 robot: Robot {
                     sensors: settings.looked_up(&robot.sensors),
+                    collision: simulator.world.robot.collision,
                     ..robot.clone()
                 },
                 ..simulator.world.clone()

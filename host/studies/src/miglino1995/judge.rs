@@ -1,19 +1,25 @@
-//! Judges the claims of the paper by the criteria of `studies/preregistration-1995.md`: whether each registered criterion is met by the
-//! estimates alone, and the verdict by the 95 % intervals of its parts. Runs are the unit of all intervals. Ratios enter as differences, such
-//! as half of one mean minus another, so that no interval divides by a figure near zero.
+//! Judges the claims of the paper: whether each criterion is met by the estimates alone, and the verdict by the 95 % intervals of its parts.
+//! Runs are the unit of all intervals. Ratios enter as differences, such as half of one mean minus another, so that no interval divides by a
+//! figure near zero. The first edition has the criteria of `studies/preregistration-1995.md`. The second has for C3 to C8 the contrasts of
+//! `studies/preregistration-1995-second.md`, and corrected criteria for others.
 
 use Condition::{Conservative, None as Without, Sensor};
 use oneiro::tables::{GREATEST_READING, SENSORS, SensorTable, SensorTables};
 use oneiro_base::console::counted;
+use oneiro_report::numbers::fixed;
 use oneiro_statistics::{
     Interval, anova, cohens_d, holm, mean, mean_interval, median, median_interval, paired_t, pseudo_values, quantile,
     random_intercept, student_t, subset, variance,
 };
 use rand_pcg::Pcg64;
 
-use super::results::{Condition, Controls, Discrepancy, Family, Level, Results, Run};
+use super::measures::corner_turns;
+use super::planned::Planned;
+use super::results::{Condition, Controls, Discrepancy, Family, Level, MeasuredEpisode, Results, Run};
+use super::second::{self, Shown};
 use crate::MIGLINO1995_CLAIMS;
 use crate::claims::{Claim, Effect, Finding, Preregistered, Table, Test, over_runs};
+use crate::file::Edition;
 use crate::verdict::{self, Part, Verdict};
 
 /// Part of the name of each test over runs; Holm's correction covers these tests.
@@ -34,27 +40,61 @@ const LEVEL: f64 = 0.01;
 /// Values that an interval of a median needs.
 const OF_A_MEDIAN: usize = 6;
 
-/// Judges all claims, C1 to C12.
-pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
-    let mut claims: Vec<Claim> = Table::of(MIGLINO1995_CLAIMS)
-        .claims
-        .iter()
-        .map(|criterion| {
-            let judged = Judged {
-                results,
-                sensors,
-                criterion,
-            };
-            let finding = judged.finding();
-            let missing = finding.missing.unwrap_or_default();
-            let remarks = [criterion.remark(), &finding.remark, missing];
-            let remarks: Vec<&str> = remarks.into_iter().filter(|remark| !remark.is_empty()).collect();
-            let remark = remarks.join(". ");
-            criterion.judged(finding.verdict(), finding, remark)
-        })
-        .collect();
+/// Gap from a wall at which sensors' angles are compared, mm.
+const ANGLES_AT: f64 = 15.0;
+/// A sensor's range that is so many times another's is much larger.
+const MUCH: f64 = 1.4;
+/// The most times that the range of one sensor of the recorded Khepera is another's, by distance and by angle. A surrogate's are drawn
+/// between the same ends (`studies/preregistration-1995.md`).
+const MOST: [f64; 2] = [29.5 / 20.2, 92.0 / 52.0];
+/// The fifth and the sixth sensor of the paper.
+const FIFTH: usize = 4;
+const SIXTH: usize = 5;
+/// Why C12 is no question for a study.
+const HARDWARE: &str =
+    "true by hardware: a computer of today simulates a life in far less than 2 s, and a real one takes its 50 s";
+
+/// What a study's results are judged with.
+pub(crate) struct Judging<'a> {
+    pub(crate) results: &'a Results,
+    /// The sampled sensors.
+    pub(crate) sensors: &'a SensorTables,
+    /// Whether they are those of a real robot, and not drawn.
+    pub(crate) is_real_robot: bool,
+    /// Corners of the arena.
+    pub(crate) corners: Vec<[f32; 2]>,
+    pub(crate) edition: Edition,
+    /// What five runs can show, if it is known for such a study.
+    pub(crate) planned: Option<&'a Planned>,
+}
+
+/// Judges all claims of an edition.
+pub(crate) fn judge(judging: &Judging<'_>) -> Vec<Claim> {
+    let table = Table::in_edition(MIGLINO1995_CLAIMS, judging.edition);
+    let mut claims: Vec<Claim> = table.claims.iter().map(|criterion| judging.claim(criterion)).collect();
     correct(&mut claims);
     claims
+}
+
+impl Judging<'_> {
+    /// Judges one claim.
+    fn claim(&self, criterion: &Preregistered) -> Claim {
+        let judged = Judged {
+            results: self.results,
+            sensors: self.sensors,
+            criterion,
+            judging: self,
+        };
+        let finding = judged.finding();
+        let missing = finding.missing.unwrap_or_default();
+        let remarks = [criterion.remark(), &finding.remark, missing];
+        let remarks: Vec<&str> = remarks.into_iter().filter(|remark| !remark.is_empty()).collect();
+        let remark = remarks.join(". ");
+        Claim {
+            power: self.planned.and_then(|planned| planned.claim(criterion.id())),
+            ..criterion.judged(finding.verdict(), finding, remark)
+        }
+    }
 }
 
 /// Applies Holm's correction to all tests over runs.
@@ -123,10 +163,55 @@ struct Judged<'a> {
     results: &'a Results,
     sensors: &'a SensorTables,
     criterion: &'a Preregistered,
+    judging: &'a Judging<'a>,
 }
 
 impl Judged<'_> {
     fn finding(&self) -> Finding {
+        match self.judging.edition {
+            Edition::First => self.finding_of_first(),
+            Edition::Second => {
+                let mut finding = match self.criterion.id() {
+                    "C1" => self.ranges_differ(),
+                    "C9" => self.behaviour_in_corners(),
+                    "C10" => self.above_the_average(),
+                    "C12" => self.hardware(),
+                    "C13" => Finding::default(),
+                    _ => self.finding_of_first(),
+                };
+                self.by_contrasts(&mut finding);
+                finding
+            }
+        }
+    }
+
+    /// Judges a claim by the second edition's contrasts instead, if it has some.
+    fn by_contrasts(&self, finding: &mut Finding) {
+        let shown = second::of_one_robot(self.criterion.id(), &second::trios(&self.results.runs));
+        if shown.is_empty() {
+            return;
+        }
+        finding.registered = Some(shown.iter().all(|shown| shown.is_met));
+        let mut of_contrasts = Finding::default();
+        for Shown { name, values, .. } in &shown {
+            of_contrasts.mean(format!("{name}, mean over runs"), values);
+            if let Some(measured) = self.judging.planned.and_then(|planned| planned.contrast(name)) {
+                of_contrasts.estimate(
+                    format!("{name}, 30 robots"),
+                    measured.estimate,
+                    Some(measured.interval()),
+                );
+                of_contrasts.note(
+                    format!("{name}, chance that five runs of one robot show this outcome"),
+                    measured.chance,
+                );
+            }
+        }
+        finding.effects.splice(0..0, of_contrasts.effects);
+        finding.parts = shown.into_iter().map(|shown| shown.part).collect();
+    }
+
+    fn finding_of_first(&self) -> Finding {
         match self.criterion.id() {
             "C1" => self.sensors_differ(),
             "C2" => self.quick_rise(),
@@ -323,6 +408,45 @@ impl Judged<'_> {
             Part::above("loss of fitness in another robot", &[(1.0, &losses)], 0.0),
         ];
         finding.missing = self.if_connected("Not measured: fitness in another robot, since only one is connected");
+        finding
+    }
+
+    /// C1 by distance and by angle.
+    fn ranges_differ(&self) -> Finding {
+        let mut finding = self.sensors_differ();
+        let Some(wall) = self.sensors.class("wall") else {
+            return finding;
+        };
+        let wall = &self.sensors.classes[wall];
+        let rows = [("distance", half_gaps(wall)), ("angle", half_angles(wall))];
+        let loss = finding.parts.pop();
+        let (mut effects, mut is_met) = (Finding::default(), true);
+        finding.parts.clear();
+        for ((what, ranges), most) in rows.into_iter().zip(MOST) {
+            let [least, greatest] =
+                [f64::min, f64::max].map(|of| ranges.iter().copied().reduce(of).unwrap_or(f64::NAN));
+            let ratio = greatest / least;
+            effects.note(format!("greatest over least {what} of half readings"), ratio);
+            effects.note(
+                format!("sixth over fifth sensor, {what} of half readings"),
+                ranges[SIXTH] / ranges[FIFTH],
+            );
+            effects.note(format!("the most that the recordings' range can show, {what}"), most);
+            is_met &= ratio >= MUCH;
+            let name = format!("the greatest {what} of half readings is at least {MUCH} times the least");
+            finding.parts.push(if ratio >= MUCH || self.judging.is_real_robot {
+                Part::fact(&name, ratio >= MUCH)
+            } else {
+                let [ratio, most] = [ratio, most].map(|ratio| fixed(ratio, 2));
+                Part::undecided(format!(
+                    "{what} of half readings: {ratio} times, of {most} that can be drawn"
+                ))
+            });
+        }
+        let is_worse = finding.registered == Some(true) || finding.effects[1].value > 0.0;
+        finding.registered = Some(is_met && is_worse);
+        finding.effects.splice(0..1, effects.effects);
+        finding.parts.extend(loss);
         finding
     }
 
@@ -747,6 +871,56 @@ impl Judged<'_> {
         ]
     }
 
+    /// C9 with what champions do in corners.
+    fn behaviour_in_corners(&self) -> Finding {
+        let mut finding = self.behaviour();
+        let turns = |episode: &MeasuredEpisode| corner_turns(&episode.path, &self.judging.corners);
+        let champions: Vec<[[f64; 2]; 2]> = self
+            .runs(Without)
+            .map(|run| [turns(&run.champion.real), turns(&run.champion.simulated)])
+            .collect();
+        let mut shares = Vec::new();
+        for (place, name) in ["reality", "simulation"].into_iter().enumerate() {
+            let sum = |of: usize| champions.iter().map(|champion| champion[place][of]).sum::<f64>();
+            let name = format!("fraction of corners left by more than 90 degrees in {name}, no noise");
+            finding.note(name, sum(1) / sum(0));
+            shares.push(sum(1) / sum(0));
+        }
+        // Champions that leave no corner in one of both say nothing.
+        let both = champions
+            .iter()
+            .filter(|champion| champion.iter().all(|[visits, _]| *visits > 0.0));
+        let more: Vec<f64> = both
+            .map(|[real, simulated]| real[1] / real[0] - simulated[1] / simulated[0])
+            .collect();
+        let what = "fraction of corners left by more than 90 degrees, reality minus simulation, no noise";
+        finding.parts.insert(0, Part::above(what, &[(1.0, &more)], 0.0));
+        finding.registered = finding.registered.map(|is_met| is_met && shares[0] > shares[1]);
+        finding
+    }
+
+    /// C10 by the population's average.
+    fn above_the_average(&self) -> Finding {
+        let mut finding = Finding::default();
+        let episodes: Vec<f64> = as_f64(&self.results.to_and_fro).collect();
+        let averages = self.each(Without, |run| mean_of(SIMULATED(run)));
+        let to_and_fro = finding.mean("fitness of going to and fro, mean of 100 lives", &episodes);
+        let average = finding.mean("average of generation 200 in simulation, no noise", &averages);
+        finding.registered = Some(to_and_fro > average);
+        let what = "going to and fro minus the population's average";
+        finding.parts = vec![Part::above(what, &[(1.0, &episodes), (-1.0, &averages)], 0.0)];
+        finding
+    }
+
+    /// C12, which no study has to ask.
+    fn hardware(&self) -> Finding {
+        Finding {
+            registered: None,
+            not_judged: Some(HARDWARE),
+            ..self.cost()
+        }
+    }
+
     fn deceptive_optimum(&self) -> Finding {
         let mut finding = Finding::default();
         let to_and_fro = mean_of(&self.results.to_and_fro);
@@ -891,7 +1065,7 @@ fn best_again(run: &Run, parents: usize) -> f64 {
 }
 
 /// For each sensor, the gap in mm at which its maximum reading over all bearings falls below one half.
-fn half_gaps(table: &SensorTable) -> Vec<f64> {
+pub(super) fn half_gaps(table: &SensorTable) -> Vec<f64> {
     let half = f64::from(GREATEST_READING) / 2.0;
     let bearings = table.bearings as usize;
     let greatest = |row: usize, sensor: usize| {
@@ -916,14 +1090,50 @@ fn half_gaps(table: &SensorTable) -> Vec<f64> {
         .collect()
 }
 
+/// For each sensor, the angle in degrees over which its reading, [`ANGLES_AT`] from the object, is one half or more.
+fn half_angles(table: &SensorTable) -> Vec<f64> {
+    let row = ((ANGLES_AT - f64::from(table.nearest)) / f64::from(table.spacing))
+        .round()
+        .max(0.0) as u32;
+    let row = row.min(table.rows.saturating_sub(1)) as usize;
+    let bearings = table.bearings as usize;
+    let is_half = |cell: usize, sensor: usize| 2.0 * f64::from(table.cell(cell)[sensor]) >= f64::from(GREATEST_READING);
+    let angle = |sensor: usize| {
+        let count = (row * bearings..(row + 1) * bearings)
+            .filter(|cell| is_half(*cell, sensor))
+            .count();
+        360.0 * count as f64 / bearings as f64
+    };
+    (0..SENSORS).map(angle).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::report::tests::results;
+    use super::super::report::tests::{GENERATIONS, results};
     use super::*;
 
+    const GENERATION: usize = GENERATIONS as usize;
+
+    fn judging<'a>(results: &'a Results, sensors: &'a SensorTables, edition: Edition) -> Judging<'a> {
+        Judging {
+            results,
+            sensors,
+            is_real_robot: false,
+            corners: vec![[0.0, 0.0], [600.0, 0.0], [600.0, 350.0], [0.0, 350.0]],
+            edition,
+            planned: None,
+        }
+    }
+
+    /// One claim, since bootstraps of all take long.
+    fn of(judging: &Judging<'_>, id: &str) -> Claim {
+        let table = Table::in_edition(MIGLINO1995_CLAIMS, judging.edition);
+        judging.claim(table.claims.iter().find(|claim| claim.id() == id).unwrap())
+    }
+
     fn claims<const N: usize>(results: &Results, ids: [&str; N]) -> [Claim; N] {
-        let claims = judge(results, &SensorTables::khepera());
-        ids.map(|id| claims.iter().find(|claim| claim.id == id).unwrap().clone())
+        let sensors = SensorTables::khepera();
+        ids.map(|id| of(&judging(results, &sensors, Edition::First), id))
     }
 
     fn claim(results: &Results, id: &str) -> Claim {
@@ -1001,7 +1211,7 @@ mod tests {
     }
 
     fn all(results: &Results) -> Vec<Claim> {
-        judge(results, &SensorTables::khepera())
+        judge(&judging(results, &SensorTables::khepera(), Edition::First))
     }
 
     /// Fewer runs than the paper's decide nothing, whatever their intervals. An episode's speed needs no runs.
@@ -1022,6 +1232,174 @@ mod tests {
                 assert!(says_so || claim.id == "C11", "{}: {:?}", claim.id, claim.reasons);
             }
         }
+    }
+
+    fn of_second(results: &Results, id: &str) -> Claim {
+        of(&judging(results, &SensorTables::khepera(), Edition::Second), id)
+    }
+
+    /// The second edition's claims are judged by its contrasts: made-up gaps of 42, 77 and 3.5 are in the paper's order.
+    #[test]
+    fn the_second_edition_has_its_contrasts() {
+        let mut results = results(20);
+        results.to_and_fro = vec![299.0, 300.0, 301.0];
+        for id in ["C3", "C5", "C6"] {
+            let claim = of_second(&results, id);
+            assert_eq!(
+                (claim.verdict, claim.registered),
+                (Verdict::Holds, Some(true)),
+                "{id}: {:?}",
+                claim.reasons
+            );
+        }
+        let gap = |claim: &Claim, name: &str| {
+            let found = claim
+                .effects
+                .iter()
+                .find(|effect| effect.name == format!("{name}, mean over runs"));
+            found.unwrap_or_else(|| panic!("{name} in {:?}", claim.effects)).value
+        };
+        let transfer = of_second(&results, "C3");
+        assert!((gap(&transfer, "gap sensor - none") - 35.0).abs() < 5.0);
+        assert!((gap(&transfer, "gap none - conservative") - 38.5).abs() < 5.0);
+        // The paper's F are still there, for Table 1.
+        assert_eq!(transfer.tests.iter().filter(|test| test.statistic == "F").count(), 5);
+        // A gap with conservative noise of 35 is beyond the margin.
+        for run in results.runs.iter_mut().filter(|run| run.condition == Conservative) {
+            run.transferred.real.iter_mut().for_each(|life| *life -= 31.5);
+        }
+        let wider = of_second(&results, "C3");
+        assert_eq!(wider.verdict, Verdict::Opposed);
+        assert!(
+            wider
+                .reasons
+                .iter()
+                .any(|reason| reason.starts_with("gap conservative = 0: ") && reason.ends_with(", above 25"))
+        );
+    }
+
+    /// C13 asks for falls of the peak below 25 in each condition.
+    #[test]
+    fn the_gap_of_the_peak_is_limited_in_all_conditions() {
+        let mut results = results(12);
+        for run in results.runs.iter_mut().filter(|run| run.condition == Conservative) {
+            run.real[0].peak = run.simulated[GENERATION].peak - 10.0;
+        }
+        let claim = of_second(&results, "C13");
+        assert_eq!((claim.verdict, claim.is_later), (Verdict::Opposed, true));
+        assert_eq!(claim.reasons.len(), 2, "{:?}", claim.reasons);
+        for run in &mut results.runs {
+            run.real[0].peak = run.simulated[GENERATION].peak - 10.0;
+        }
+        assert_eq!(of_second(&results, "C13").verdict, Verdict::Holds);
+        let first = Table::in_edition(MIGLINO1995_CLAIMS, Edition::First);
+        assert!(first.claims.iter().all(|claim| claim.id() != "C13"));
+    }
+
+    /// C12 needs no study, whatever the clock said.
+    #[test]
+    fn what_hardware_answers_is_not_judged() {
+        let mut results = results(5);
+        results.life_within_two_seconds = false;
+        let claim = of_second(&results, "C12");
+        assert_eq!((claim.verdict, claim.registered), (Verdict::NotJudged, None));
+        assert_eq!(claim.reasons, [HARDWARE]);
+        assert_eq!(claims(&results, ["C12"])[0].verdict, Verdict::Opposed);
+    }
+
+    /// Going to and fro is held against the population's average, 266 here, and not against champions' best.
+    #[test]
+    fn going_to_and_fro_is_held_against_the_average() {
+        let mut results = results(5);
+        let mut verdict = |fitness: f32| {
+            results.to_and_fro = (0..100_u8).map(|life| fitness + f32::from(life % 3)).collect();
+            (of_second(&results, "C10").verdict, claim(&results, "C10").registered)
+        };
+        assert_eq!(verdict(300.0), (Verdict::Holds, Some(false)));
+        assert_eq!(verdict(200.0), (Verdict::Opposed, Some(false)));
+    }
+
+    /// Ranges are compared by distance and by angle. A drawn robot whose sensors are alike is no evidence, a real one is.
+    #[test]
+    fn ranges_are_compared_by_distance_and_angle() {
+        let results = results(5);
+        let judged = |sensors: &SensorTables, is_real_robot| {
+            let judging = Judging {
+                is_real_robot,
+                ..judging(&results, sensors, Edition::Second)
+            };
+            of(&judging, "C1")
+        };
+        let own = SensorTables::khepera();
+        let mut alike = SensorTables::clone(&own);
+        let wall = alike.class("wall").unwrap();
+        for readings in alike.classes[wall].readings.chunks_mut(SENSORS) {
+            let first = readings[0];
+            readings.fill(first);
+        }
+        let claim = judged(&alike, false);
+        assert_eq!((claim.verdict, claim.registered), (Verdict::Undecided, Some(false)));
+        assert_eq!(
+            claim.reasons[0],
+            "distance of half readings: 1.00 times, of 1.46 that can be drawn"
+        );
+        assert_eq!(
+            claim.reasons[1],
+            "angle of half readings: 1.00 times, of 1.77 that can be drawn"
+        );
+        let claim = judged(&alike, true);
+        assert_eq!(claim.verdict, Verdict::Opposed);
+        let figures: Vec<f64> = judged(&own, true)
+            .effects
+            .iter()
+            .take(6)
+            .map(|effect| effect.value)
+            .collect();
+        assert!(figures[0] > 1.0 && figures[3] > 1.0, "{figures:?}");
+        println!("{figures:?}");
+        let papers: Vec<Option<f64>> = claim.effects.iter().take(6).map(|effect| effect.paper).collect();
+        assert_eq!(papers, [Some(2.0), Some(2.0), None, Some(2.0), Some(2.0), None]);
+    }
+
+    /// Without noise champions leave corners against the way that they came, in reality only.
+    #[test]
+    fn turns_in_corners_are_counted() {
+        let mut results = results(8);
+        // Into the corner and out of it again, or along both walls.
+        let back: Vec<[f32; 2]> = (0..50_u8)
+            .map(|cycle| [f32::from(cycle.abs_diff(25)) * 8.0 + 40.0, 40.0])
+            .collect();
+        let along: Vec<[f32; 2]> = (0..50_u8)
+            .map(|cycle| match cycle {
+                0..25 => [f32::from(25 - cycle) * 8.0 + 40.0, 40.0],
+                _ => [40.0, f32::from(cycle - 25) * 8.0 + 40.0],
+            })
+            .collect();
+        for (run, number) in results.runs.iter_mut().zip(0_u8..) {
+            run.champion.real.path = if number % 4 == 3 { along.clone() } else { back.clone() };
+            run.champion.simulated.path = along.clone();
+        }
+        let claim = of_second(&results, "C9");
+        let share = |place: &str| {
+            let name = format!("fraction of corners left by more than 90 degrees in {place}, no noise");
+            claim.effects.iter().find(|effect| effect.name == name).unwrap().value
+        };
+        assert_eq!((share("reality"), share("simulation")), (0.75, 0.0));
+        assert!(
+            !claim.reasons.iter().any(|reason| reason.contains("corners left")),
+            "{:?}",
+            claim.reasons
+        );
+        for run in &mut results.runs {
+            std::mem::swap(&mut run.champion.real.path, &mut run.champion.simulated.path);
+        }
+        let claim = of_second(&results, "C9");
+        assert!(claim.verdict == Verdict::Opposed && claim.registered == Some(false));
+        assert!(
+            claim.reasons[0].starts_with("fraction of corners left"),
+            "{:?}",
+            claim.reasons
+        );
     }
 
     /// More runs may decide a claim, but not the other way round.

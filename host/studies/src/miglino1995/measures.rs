@@ -1,5 +1,6 @@
 //! Measures of champions' episodes, and of the differences between reality and simulator.
 
+use oneiro::arena::Arena;
 use oneiro::batch::{Record, Trace};
 use oneiro::tables::SENSORS;
 use oneiro::world::{Start, World, WorldSpec};
@@ -7,8 +8,11 @@ use oneiro_lab::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 
 use super::results::{DifferenceEffect, Discrepancy, MeasuredEpisode};
 
-/// Cycles between terms of D (equation 2).
+/// Cycles between terms of D (equation 2), and over which a path has its direction.
 const TERM: usize = 5;
+/// A robot this near to a corner, mm, is in it.
+const IN_CORNER: f32 = 100.0;
+
 /// A simulated and a real episode from the same start.
 pub(super) struct Pair {
     pub(super) simulated: Trace,
@@ -118,7 +122,7 @@ impl Cells {
         Self {
             grid,
             free,
-            corners: spec.arena.walls.iter().map(|wall| wall.from).collect(),
+            corners: corners(&spec.arena),
         }
     }
 
@@ -156,14 +160,74 @@ impl Cells {
 
     /// Whether the robot spends the last 100 cycles within 100 mm of one corner and moves less than 50 mm in them.
     fn stuck(&self, trace: &[Record]) -> bool {
-        const NEAR: f32 = 100.0;
         let end = &trace[trace.len().saturating_sub(PLACES)..];
-        let near = |&[x, y]: &[f32; 2]| {
-            end.iter().all(|record| {
-                let (x, y) = (record.x - x, record.y - y);
-                x * x + y * y < NEAR * NEAR
-            })
-        };
+        let near = |corner: &[f32; 2]| end.iter().all(|record| is_in(*corner, [record.x, record.y]));
         is_stuck(moves(end)) && self.corners.iter().any(near)
+    }
+}
+
+/// The corners of an arena.
+pub(super) fn corners(arena: &Arena) -> Vec<[f32; 2]> {
+    arena.walls.iter().map(|wall| wall.from).collect()
+}
+
+fn is_in(corner: [f32; 2], at: [f32; 2]) -> bool {
+    let (x, y) = (at[0] - corner[0], at[1] - corner[1]);
+    x * x + y * y < IN_CORNER * IN_CORNER
+}
+
+/// How often a path enters a corner and leaves it again, and how often by a turn of more than 90 degrees: its direction after it is
+/// against that before it.
+pub(super) fn corner_turns(path: &[[f32; 2]], corners: &[[f32; 2]]) -> [f64; 2] {
+    let corner = |at: &[f32; 2]| corners.iter().position(|corner| is_in(*corner, *at));
+    let along = |from: [f32; 2], to: [f32; 2]| [to[0] - from[0], to[1] - from[1]];
+    let (mut visits, mut turns, mut begin) = (0.0, 0.0, 0);
+    for visit in path.chunk_by(|one, other| corner(one) == corner(other)) {
+        let end = begin + visit.len() - 1;
+        if corner(&visit[0]).is_some() && begin >= TERM && end + TERM < path.len() {
+            let before = along(path[begin - TERM], path[begin]);
+            let after = along(path[end], path[end + TERM]);
+            visits += 1.0;
+            turns += f64::from(u8::from(before[0] * after[0] + before[1] * after[1] < 0.0));
+        }
+        begin = end + 1;
+    }
+    [visits, turns]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A path of straight lines, 8 mm a cycle.
+    fn path(places: &[[f32; 2]]) -> Vec<[f32; 2]> {
+        let lines = places.windows(2).flat_map(|ends| {
+            let [from, to] = [ends[0], ends[1]];
+            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+            let steps = (length / 8.0).round();
+            (0..steps as u32).map(move |step| {
+                let share = step as f32 / steps;
+                [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]
+            })
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn turns_of_more_than_a_right_angle_in_corners_are_counted() {
+        let corners = [[0.0, 0.0], [600.0, 0.0]];
+        let counted = |places: &[[f32; 2]]| corner_turns(&path(places), &corners);
+        // Along one wall and away from it by less than 90 degrees; by more; and both, one after the other.
+        let less = [[300.0, 40.0], [40.0, 40.0], [20.0, 300.0]];
+        let more = [[300.0, 40.0], [40.0, 40.0], [160.0, 200.0]];
+        assert_eq!(counted(&less), [1.0, 0.0]);
+        assert_eq!(counted(&more), [1.0, 1.0]);
+        assert_eq!(
+            counted(&[&more[..], &[[300.0, 40.0], [560.0, 40.0], [600.0, 300.0]]].concat()),
+            [2.0, 1.0]
+        );
+        // A wall far from corners is none, and who stays in a corner has not left it.
+        assert_eq!(counted(&[[300.0, 300.0], [300.0, 40.0], [300.0, 300.0]]), [0.0, 0.0]);
+        assert_eq!(counted(&more[..2]), [0.0, 0.0]);
     }
 }

@@ -7,6 +7,7 @@ mod full;
 mod interpolation;
 mod judge;
 mod measures;
+mod planned;
 mod real_episodes;
 mod report;
 mod results;
@@ -29,7 +30,7 @@ pub use self::second::judge_sweeps;
 use crate::assumptions::Assumption;
 use crate::claims::Claim;
 use crate::directory::{self, Directory, Reproduction, Request};
-use crate::file::{Arm, MIGLINO1995, StudyFile};
+use crate::file::{Arm, Edition, MIGLINO1995, StudyFile};
 use crate::verdicts::Sensitivity;
 use crate::{Findings, sweep_results};
 use oneiro_base::answer::Answer;
@@ -56,7 +57,7 @@ const COHORT: u32 = 5;
 /// Runs or resumes the whole study, with the files of a recorded robot's tables, if there are any.
 pub fn run(asked: &Asked, tables: &[PathBuf], request: &Request<'_>, console: Console) -> Result<Answer<Findings>> {
     let evaluations = device::engine(request.backend)?;
-    let file = StudyFile::open(&MIGLINO1995, request.file)?;
+    let file = StudyFile::open(&MIGLINO1995, request.file)?.in_edition(request.edition)?;
     let least = match &asked.robot {
         Address::Surrogate(_) => 2,
         Address::Wire(wire) => {
@@ -178,7 +179,15 @@ impl Reproduction for Whole<'_> {
     }
 
     fn judge(&self, (sensors, results): &Self::Found) -> Vec<Claim> {
-        judge::judge(results, sensors)
+        let settings = &self.settings;
+        judge::judge(&judge::Judging {
+            results,
+            sensors,
+            is_real_robot: self.recordings.is_some(),
+            corners: measures::corners(&settings.world().arena),
+            edition: settings.edition,
+            planned: settings.is_calibrated_main().then(|| &*planned::PLANNED),
+        })
     }
 
     fn json(&self, (_, results): &Self::Found) -> Result<Vec<u8>> {
@@ -204,6 +213,7 @@ impl Reproduction for Whole<'_> {
             body_radius: world.robot.body_radius,
             robot: &self.settings.describe(),
             seed: self.seed(),
+            edition: self.settings.edition,
             arms,
         })
     }
@@ -333,10 +343,10 @@ fn cohorts(
     Ok(runs)
 }
 
-/// Measures the gap between simulation and reality without noise by severity; the severity was chosen from it.
+/// Measures the gap between simulation and reality without noise by severity; the first edition's severity was chosen from it.
 pub fn calibrate(file: Option<&Path>, seed: u64, backend: &Backend, console: Console) -> Result<Answer<Findings>> {
     let evaluations = device::engine(backend)?;
-    let file = StudyFile::open(&MIGLINO1995, file)?;
+    let file = StudyFile::open(&MIGLINO1995, file)?.in_edition(Edition::First)?;
     let of = |robot: u64, severity: Option<f32>| {
         let asked = Asked {
             seed,

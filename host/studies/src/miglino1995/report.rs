@@ -8,6 +8,7 @@ use oneiro_report::page;
 use super::results::{Condition, Results, Run};
 use crate::MIGLINO1995_CLAIMS;
 use crate::claims::{Claim, Table};
+use crate::file::Edition;
 use crate::verdicts::{self, Sensitivity};
 
 mod background;
@@ -38,13 +39,14 @@ pub(super) struct Report<'a> {
     pub robot: &'a str,
     /// Seed of all random numbers.
     pub seed: u64,
+    pub edition: Edition,
     /// The claims under each arm, if requested.
     pub arms: Option<&'a Sensitivity>,
 }
 
 /// The report as one self-contained HTML file.
 pub(super) fn html(study: &Report<'_>) -> String {
-    let (table, claims) = (Table::of(MIGLINO1995_CLAIMS), study.claims);
+    let (table, claims) = (Table::in_edition(MIGLINO1995_CLAIMS, study.edition), study.claims);
     let mut sections = vec![
         verdicts::summary(&table, claims, background::ABOUT),
         background::methods(study),

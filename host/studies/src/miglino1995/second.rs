@@ -14,11 +14,11 @@ use oneiro_report::csv::{Csv, number};
 use oneiro_statistics::{Undefined, mean, nested_mean, one_sample_t, variance};
 
 use super::calibration::{self, Pairs};
-use super::results::Condition;
+use super::results::{Condition, Run as StudyRun};
 use crate::Findings;
 use crate::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
 use crate::sweep_results;
-use crate::verdict::brief;
+use crate::verdict::{Part, brief};
 
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";
@@ -48,6 +48,27 @@ figures! {
 }
 
 impl Run {
+    /// The same of a run of a study.
+    fn of_study(run: &StudyRun) -> Self {
+        let fitness = |lives: &[f32]| lives.iter().map(|&life| f64::from(life)).collect::<Vec<_>>();
+        let transferred = &run.transferred;
+        let [simulated, quiet, real, last] =
+            [&transferred.simulated, &transferred.quiet, &transferred.real, &run.last].map(|lives| fitness(lives));
+        let end = |sums: &[f64]| sums.last().copied().unwrap_or(f64::NAN);
+        Self {
+            simulated: mean(&simulated),
+            simulated_peak: run.simulated.last().map_or(f64::NAN, |level| level.peak),
+            simulated_deviation: variance(&simulated).sqrt(),
+            quiet: mean(quiet),
+            real: mean(&real),
+            real_peak: run.real.first().map_or(f64::NAN, |level| level.peak),
+            real_deviation: variance(&real).sqrt(),
+            last: mean(last),
+            path_gap: end(&run.champion.discrepancy.paper),
+            path_repeat: end(&run.champion.discrepancy.repeated),
+        }
+    }
+
     fn gap(&self) -> f64 {
         self.simulated - self.real
     }
@@ -70,11 +91,11 @@ impl Run {
 }
 
 /// The runs of one seed of a robot: in the order of [`Condition::ALL`].
-type Trio = [Run; 3];
+pub(super) type Trio = [Run; 3];
 /// A robot and a seed of it.
 type Key = (String, u64);
 /// The runs of one collision rule, and one reading of equation 1, at one severity.
-type Runs = BTreeMap<Key, Trio>;
+pub(super) type Runs = BTreeMap<Key, Trio>;
 
 /// The same while some conditions may be missing.
 type Known = BTreeMap<Key, [Option<Run>; 3]>;
@@ -129,6 +150,60 @@ static OF_CONDITIONS: [Contrast<Trio>; 16] = [
         conservative.failed() - none.failed()
     }),
 ];
+
+/// The contrasts of C13, which is not registered: a family apart.
+static OF_PEAKS: [Contrast<Trio>; 3] = [
+    above("25 - peak fall none", &["C13"], |[none, ..]| MARGIN - none.peak_fall()),
+    above("25 - peak fall sensor", &["C13"], |[_, sensor, _]| {
+        MARGIN - sensor.peak_fall()
+    }),
+    above("25 - peak fall conservative", &["C13"], |[.., conservative]| {
+        MARGIN - conservative.peak_fall()
+    }),
+];
+
+/// A claim's contrast by a few runs of one robot.
+pub(super) struct Shown {
+    pub(super) name: &'static str,
+    /// Its value in each run number.
+    pub(super) values: Vec<f64>,
+    /// Whether the 95 % interval of its mean shows it.
+    pub(super) part: Part,
+    /// Whether the mean alone does.
+    pub(super) is_met: bool,
+}
+
+/// The contrasts of a claim by the runs of one robot; none if it has none. The conditions of a run number share their seed, as
+/// registered; few runs allow no correction over the family.
+pub(super) fn of_one_robot(claim: &str, runs: &[Trio]) -> Vec<Shown> {
+    let contrasts = OF_CONDITIONS.iter().chain(&OF_PEAKS);
+    contrasts
+        .filter(|contrast| contrast.claims.contains(&claim))
+        .map(|contrast| {
+            let values: Vec<f64> = runs.iter().map(contrast.of).collect();
+            let (low, high) = contrast.margin.map_or((0.0, f64::INFINITY), |margin| (-margin, margin));
+            let mean = mean(&values);
+            Shown {
+                name: contrast.name,
+                part: Part::within(contrast.name, &[(1.0, &values)], [low, high]),
+                is_met: low < mean && mean < high,
+                values,
+            }
+        })
+        .collect()
+}
+
+/// The complete run numbers of a study.
+pub(super) fn trios(runs: &[StudyRun]) -> Vec<Trio> {
+    let mut known: BTreeMap<u32, [Option<Run>; 3]> = BTreeMap::new();
+    for run in runs {
+        known.entry(run.number).or_default()[run.condition as usize] = Some(Run::of_study(run));
+    }
+    let complete = known
+        .into_values()
+        .filter_map(|[none, sensor, conservative]| Some([none?, sensor?, conservative?]));
+    complete.collect()
+}
 
 /// The contrasts of the rules undo and slide, a family for each reading and severity.
 static OF_RULES: [Contrast<[Trio; 2]>; 6] = [
@@ -559,6 +634,50 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         }
     }
     Ok(())
+}
+
+/// A claim's verdict over all robots, and its contrasts: the name, the estimate with its interval, and the outcome.
+#[cfg(test)]
+pub(super) type OfAllRobots = (
+    &'static str,
+    crate::verdict::Verdict,
+    Vec<(&'static str, [f64; 3], crate::verdict::Verdict)>,
+);
+
+/// The claims over all robots of a rule and severity: C3 to C8 by the registered family, C13 by its own.
+#[cfg(test)]
+pub(super) fn of_all_robots(runs: &Runs) -> Vec<OfAllRobots> {
+    let families = [
+        (&OF_CONDITIONS[..], &["C3", "C4", "C5", "C6", "C7", "C8"][..]),
+        (&OF_PEAKS[..], &["C13"]),
+    ];
+    let judged = families.map(|(contrasts, claims)| {
+        let judged = family(runs, contrasts, Kept::All, |_| false).unwrap();
+        claims
+            .iter()
+            .map(move |claim| {
+                let (verdict, _) = contrasts::of_claim(claim, &judged, contrasts);
+                let pairs = contrasts
+                    .iter()
+                    .zip(&judged)
+                    .filter(|(contrast, _)| contrast.claims.contains(claim));
+                let of_claim = pairs
+                    .map(|(contrast, judged)| (contrast.name, judged.figures(), judged.outcome))
+                    .collect();
+                (*claim, verdict, of_claim)
+            })
+            .collect::<Vec<OfAllRobots>>()
+    });
+    judged.concat()
+}
+
+/// The runs of a table of one rule and severity.
+#[cfg(test)]
+pub(super) fn runs_of(path: &Path) -> Runs {
+    let mut found = Found::default();
+    parse(path, &std::fs::read_to_string(path).unwrap(), &mut found).unwrap();
+    assert_eq!(found.all.len(), 1);
+    found.all.into_values().next().unwrap()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use oneiro::parameter::{Choice, Invalid};
 use oneiro::surrogate::{Difference, Differences, Individual, Surrogate};
 use oneiro::tables::{MotorStates, SensorTables};
-use oneiro::world::{Noise, Robot, Start, World, WorldSpec};
+use oneiro::world::{Noise, Robot, Start, Task, World, WorldSpec};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve as evolve;
 use oneiro_lab::experiment::source::{Parsed, Setting, Source};
@@ -22,7 +22,7 @@ use super::interpolation::interpolate;
 use super::results::{Condition, Family};
 use super::study::SHARED_START;
 use crate::assumptions::Assumption;
-use crate::file::{self, Arm, StudyFile};
+use crate::file::{self, Arm, Earlier, Edition, StudyFile};
 
 /// Values from the command line.
 #[derive(Clone, Debug)]
@@ -60,6 +60,8 @@ struct File {
     variants: Vec<Variants>,
     #[serde(default)]
     sources: BTreeMap<String, String>,
+    #[serde(default)]
+    editions: BTreeMap<String, Earlier>,
     /// Read before the rest.
     #[serde(default, rename = "arms")]
     _arms: IgnoredAny,
@@ -120,6 +122,9 @@ pub struct RealitySettings {
     pub generations: u32,
     /// How much reality differs from its simulator.
     severity: f32,
+    /// How much it differs in motion and latency, if otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motion_severity: Option<f32>,
     #[serde(skip_serializing)]
     severity_factor: f32,
     #[serde(skip_serializing)]
@@ -226,6 +231,7 @@ enum Real {
 pub struct Settings {
     /// Values from the command line.
     asked: Asked,
+    pub(crate) edition: Edition,
     arm: Arm,
     /// Hash of a user's study file.
     file: Option<String>,
@@ -249,9 +255,10 @@ pub struct Settings {
 /// Whether the study uses a key of its conditions' experiments. Its robot is a Khepera, sampled anew; its individuals have one
 /// episode in each generation; its champions are chosen by `champion.lives`.
 fn is_used(key: &str) -> bool {
-    const ALONE: [&str; 4] = [
+    const ALONE: [&str; 5] = [
         "cycles",
         "robot.states",
+        "robot.collision",
         "evolution.kind",
         "evolution.common_random_numbers",
     ];
@@ -298,8 +305,12 @@ impl Settings {
         }
         file.under(&arm, |mut values: File, source| {
             check(&values, source)?;
-            let severity = asked.severity.unwrap_or(values.reality.severity);
-            values.reality.severity = values.reality.severity_factor * severity;
+            let reality = &mut values.reality;
+            let severity = asked.severity.unwrap_or(reality.severity);
+            let motion = reality.motion_severity.filter(|_| asked.severity.is_none());
+            let motion = reality.severity_factor * motion.unwrap_or(severity);
+            reality.severity = reality.severity_factor * severity;
+            reality.motion_severity = (motion != reality.severity).then_some(motion);
             let differences = differences(&values.reality, source)?;
             let (path, text) = file.experiment(values.experiment.as_deref())?;
             let base = Parsed::new(path.display().to_string(), &text)?;
@@ -344,8 +355,12 @@ impl Settings {
                     Real::Connected(Box::new(experiment(Condition::None, more, &is_used)?))
                 }
             };
+            if let Some(earlier) = values.editions.remove(file.edition().word()) {
+                values.sources.extend(earlier.sources);
+            }
             let settings = Self {
                 file: file.own_hash(),
+                edition: file.edition(),
                 runs: asked.runs.unwrap_or(values.runs),
                 severity,
                 asked,
@@ -389,6 +404,7 @@ impl Settings {
         };
         let real = WorldSpec {
             surrogate: self.surrogate().map(|(_, surrogate)| Arc::new(surrogate)),
+            robot: Robot::khepera(),
             ..simulated
         };
         for spec in [selecting, real] {
@@ -407,6 +423,8 @@ impl Settings {
             #[serde(skip_serializing_if = "Option::is_none")]
             severity: Option<f32>,
             arm: String,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            edition: Option<&'static str>,
             full: bool,
             tables: Vec<String>,
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -422,6 +440,8 @@ impl Settings {
             robot,
             severity,
             arm: self.arm.name.clone(),
+            // Studies from before there was a choice keep their identity.
+            edition: (self.edition != Edition::First).then(|| self.edition.word()),
             full: self.asked.full,
             tables: self.asked.tables.clone(),
             study: self.file.clone(),
@@ -431,6 +451,13 @@ impl Settings {
 
     pub fn seed(&self) -> u64 {
         self.asked.seed
+    }
+
+    /// Whether it is a study of one of the second edition's surrogates, with nothing changed.
+    pub(crate) fn is_calibrated_main(&self) -> bool {
+        let asked = &self.asked;
+        let has_own_values = self.file.is_some() || asked.severity.is_some() || !asked.tables.is_empty();
+        self.edition == Edition::Second && self.arm.is_main() && !has_own_values && !self.is_wired()
     }
 
     /// Whether to add controls and other simulators.
@@ -460,12 +487,16 @@ impl Settings {
         }
     }
 
-    /// Arena and task; robot and noise are set elsewhere.
+    /// Arena, task and the effect of collisions; the rest of the robot, and noise, are set elsewhere.
     pub fn world(&self) -> WorldSpec {
+        let spec = self.experiment(Condition::None).world().spec();
         WorldSpec {
-            robot: Robot::khepera(),
+            robot: Robot {
+                collision: spec.robot.collision,
+                ..Robot::khepera()
+            },
             noise: Noise::NONE,
-            ..self.experiment(Condition::None).world().spec().clone()
+            ..spec.clone()
         }
     }
 
@@ -548,8 +579,10 @@ impl Settings {
             let robot = &self.asked.robot;
             return format!("{robot}, connected; its simulator is made from its samples ({tables})");
         };
+        let motion = self.reality.motion_severity;
+        let motion = motion.map_or_else(String::new, |motion| format!(" (of motion {motion})"));
         let reality = format!(
-            "surrogate:{seed}, severity {}, parameters {}",
+            "surrogate:{seed}, severity {}{motion}, parameters {}",
             self.reality.severity,
             Self::parameters_hash(&surrogate)
         );
@@ -566,7 +599,30 @@ impl Settings {
     /// Seed of a run.
     pub(crate) fn run_seed(&self, condition: Condition, number: u32) -> u64 {
         let index = self.seed().wrapping_mul(1 << 20).wrapping_add(u64::from(number));
-        index.wrapping_mul(4).wrapping_add(condition as u64)
+        // The second edition compares conditions within a run number, whose seed they share.
+        let condition = match self.edition {
+            Edition::First => condition as u64,
+            Edition::Second => 0,
+        };
+        index.wrapping_mul(4).wrapping_add(condition)
+    }
+
+    /// What decides most of all: what a collision does, and equation 1 as the simulator has it.
+    fn choices(&self) -> Vec<(String, String)> {
+        fn chosen<C: Choice + PartialEq>(choice: &C) -> String {
+            let known = C::CHOICES.iter().find(|(_, other, _)| other == choice);
+            known.map_or_else(String::new, |(word, _, about)| format!("{word}: {about}"))
+        }
+        let spec = self.experiment(Condition::None).world().spec();
+        let mut rows = vec![("robot.collision", chosen(&spec.robot.collision))];
+        rows.push((
+            "collision.fitness",
+            "0: a cycle that ends in a collision earns nothing".to_owned(),
+        ));
+        if let Task::Avoidance { speed, difference, .. } = &spec.task {
+            rows.extend([("task.difference", chosen(difference)), ("task.speed", chosen(speed))]);
+        }
+        rows.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
     /// All values in force, for the report.
@@ -582,11 +638,22 @@ impl Settings {
         } else {
             format!("recordings {}", self.asked.tables.join(", "))
         };
-        let mut rows = vec![("runs".to_owned(), format!("{} of each condition", self.runs))];
-        rows.extend(of_all.iter().map(|(key, value)| {
-            let is_sampled = ["robot.tables", "robot.motors"].contains(&key.as_str());
-            (key.clone(), if is_sampled { &made_from } else { value }.clone())
-        }));
+        // The first edition's list is as it was published.
+        let mut rows = match self.edition {
+            Edition::First => Vec::new(),
+            Edition::Second => self.choices(),
+        };
+        let is_first: Vec<String> = rows.iter().map(|(key, _)| key.clone()).collect();
+        rows.push(("runs".to_owned(), format!("{} of each condition", self.runs)));
+        rows.extend(
+            of_all
+                .iter()
+                .filter(|(key, _)| !is_first.contains(key))
+                .map(|(key, value)| {
+                    let is_sampled = ["robot.tables", "robot.motors"].contains(&key.as_str());
+                    (key.clone(), if is_sampled { &made_from } else { value }.clone())
+                }),
+        );
         for condition in [Condition::Sensor, Condition::Conservative] {
             let of_condition = resolved(condition).into_iter();
             let of_condition = of_condition.filter(|(key, value)| of_all.get(key) != Some(value));
@@ -693,6 +760,9 @@ fn check(values: &File, source: &Source<'_>) -> Result {
         (false, allowed) => Err(source.invalid(key, format_args!("is {severity}; allowed: {allowed}"))),
     };
     severity("reality.severity", values.reality.severity)?;
+    if let Some(motion) = values.reality.motion_severity {
+        severity("reality.motion_severity", motion)?;
+    }
     let Calibration {
         runs,
         robots,
@@ -734,10 +804,18 @@ fn differences(reality: &RealitySettings, source: &Source<'_>) -> Result<Differe
         let known = Difference::ALL.into_iter().find(|difference| difference.name() == name);
         known.ok_or_else(|| source.invalid(key, format_args!("is \"{name}\"; allowed: {}", names.join(", "))))
     };
+    let motion = reality.motion_severity.unwrap_or(reality.severity);
     let differences = match (&reality.only, &reality.without) {
-        (None, None) => Differences::all(reality.severity),
-        (Some(only), None) => Differences::only(reality.severity, named("reality.only", only)?),
-        (None, Some(without)) => Differences::without(reality.severity, named("reality.without", without)?),
+        (None, None) => Differences::all(reality.severity).with_motion(motion),
+        (Some(only), None) => {
+            let only = named("reality.only", only)?;
+            let severity = if only.is_of_motion() { motion } else { reality.severity };
+            Differences::only(severity, only)
+        }
+        (None, Some(without)) => {
+            let without = named("reality.without", without)?;
+            Differences::without(reality.severity, without).with_motion(motion)
+        }
         (Some(_), Some(_)) => {
             return Err(source.invalid(
                 "reality.without",
@@ -757,8 +835,12 @@ mod tests {
     use oneiro_lab::experiment::values;
     use oneiro_lab::reality::site::SEVERITY;
 
+    /// The first edition, which has the arms.
     fn shipped() -> StudyFile {
-        StudyFile::open(&MIGLINO1995, None).unwrap()
+        StudyFile::open(&MIGLINO1995, None)
+            .unwrap()
+            .in_edition(Edition::First)
+            .unwrap()
     }
 
     fn under(arm: &str) -> Settings {
@@ -780,8 +862,56 @@ mod tests {
             .unwrap_or_else(|| panic!("{name}"))
     }
 
+    /// The default is the second edition, at the severities of its calibration; the first is as it was.
     #[test]
-    fn the_shipped_study_is_the_papers() {
+    fn editions_have_their_values() {
+        let asked = Asked {
+            severity: None,
+            ..under("main").asked
+        };
+        let second = |severity| {
+            let file = StudyFile::open(&MIGLINO1995, None).unwrap();
+            Settings::new(
+                &file,
+                Arm::MAIN,
+                Asked {
+                    severity,
+                    ..asked.clone()
+                },
+            )
+            .unwrap()
+        };
+        let main = second(None);
+        assert_eq!(main.differences, Differences::all(1.0).with_motion(0.5));
+        assert_eq!(main.world().robot.collision.word(), "slide");
+        assert!(
+            main.describe().contains("severity 1 (of motion 0.5), "),
+            "{}",
+            main.describe()
+        );
+        assert!(main.record().contains("\"edition\": \"second\""));
+        assert_eq!(assumption(&main, "reality.motion_severity").value, "0.5");
+        let seeds = |settings: &Settings| Condition::ALL.map(|condition| settings.run_seed(condition, 2));
+        assert_eq!(seeds(&main), [seeds(&under("main"))[0]; 3]);
+        assert!(main.is_calibrated_main() && !second(Some(1.0)).is_calibrated_main());
+        // One number is for all differences.
+        assert_eq!(second(Some(1.5)).differences, Differences::all(1.5));
+        let first = under("main");
+        assert!(!first.is_calibrated_main() && first.world().robot.collision.word() == "undo");
+        assert!(
+            !first.record().contains("edition"),
+            "studies from before keep their identity"
+        );
+        assert!(
+            first
+                .assumptions()
+                .iter()
+                .all(|row| row.name != "reality.motion_severity" && row.name != "robot.collision")
+        );
+    }
+
+    #[test]
+    fn the_first_edition_is_the_papers() {
         let main = under("main");
         assert_eq!(
             (main.runs, main.simulated_generations(), main.reality.generations),
@@ -863,7 +993,11 @@ mod tests {
     /// The source of a value that doesn't exist would never be read.
     #[test]
     fn every_source_is_that_of_a_value() {
-        let main = under("main");
+        let asked = Asked {
+            severity: None,
+            ..under("main").asked
+        };
+        let main = Settings::new(&StudyFile::open(&MIGLINO1995, None).unwrap(), Arm::MAIN, asked).unwrap();
         for key in main.sources.keys() {
             assert!(!assumption(&main, key).source.is_empty(), "{key}");
         }

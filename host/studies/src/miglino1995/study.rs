@@ -19,7 +19,7 @@ use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Difference, Differences, Surrogate};
 use oneiro::tables::SensorTables;
-use oneiro::world::{Robot, Start, Task, World, WorldSpec};
+use oneiro::world::{Collision, Noise, Robot, Start, Task, World, WorldSpec};
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::Optimizer;
@@ -34,6 +34,7 @@ use super::measures::{Cells, Moment, Pair, Sums, effect};
 use super::real_episodes::RealEpisodes;
 use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, MeasuredEpisode, Run, Transferred};
 use super::settings::Settings;
+use crate::file::Edition;
 
 /// Number of best individuals whose mean is the peak.
 pub(crate) const PEAK: usize = 20;
@@ -73,12 +74,14 @@ impl<'a> Study<'a> {
         console: Console,
     ) -> Result<Self> {
         let sampled = Arc::clone(&robot.sensors);
+        let world = settings.world();
         let simulator = WorldSpec {
             robot: Robot {
                 sensors: settings.looked_up(&sampled),
+                collision: world.robot.collision,
                 ..robot
             },
-            ..settings.world()
+            ..world
         };
         let each = |task: Task| {
             let with_noise = |condition| {
@@ -112,11 +115,12 @@ impl<'a> Study<'a> {
         &self.sampled
     }
 
-    /// World of real episodes, before the surrogate is put in.
+    /// World of real episodes, before the surrogate is put in, whose slip says what collisions do.
     fn reality(&self) -> WorldSpec {
         WorldSpec {
             robot: Robot {
                 sensors: Arc::clone(&self.sampled),
+                collision: Collision::Undo,
                 ..self.simulator.robot.clone()
             },
             ..self.simulator.clone()
@@ -389,6 +393,9 @@ impl<'a> Study<'a> {
                 each.collect::<Vec<_>>().join("; ")
             ));
         }
+        let from_shared = from_starts(runs, &best, &[SHARED_START], 0, self.after(), 0);
+        let as_evolved = |condition| self.settings.noise(condition);
+        let simulated = self.simulated_paths(runs, &from_shared, &[SHARED_START], as_evolved)?;
         let shared = self.pairs(runs, &best, &[SHARED_START], 0, robot)?;
         let mut sums: Vec<Sums> = runs.iter().map(|_| Sums::default()).collect();
         let starts = self.starts()?;
@@ -412,13 +419,13 @@ impl<'a> Study<'a> {
             };
             MeasuredEpisode { collided, ..episode }
         };
-        let rows = best.into_iter().zip(shared).zip(sums);
+        let rows = best.into_iter().zip(shared).zip(simulated).zip(sums);
         Ok(rows
-            .map(|((best, pair), sums)| Champion {
+            .map(|(((best, pair), simulated), sums)| Champion {
                 individual: best.individual as u32,
                 mean: best.mean,
                 genome: best.genome,
-                simulated: cells.measure_episode(&pair.simulated),
+                simulated: cells.measure_episode(&simulated),
                 real: real(&pair.real),
                 discrepancy: sums.mean(&pair),
             })
@@ -458,8 +465,7 @@ impl<'a> Study<'a> {
         Ok(means)
     }
 
-    /// Simulated and real episodes of each run's best from each start, one cycle longer than usual to get the final
-    /// position. Sorted by start, then by run.
+    /// Simulated and real episodes of each run's best from each start, whose paths are compared. Sorted by start, then by run.
     fn pairs(
         &self,
         runs: &[Evolving],
@@ -468,20 +474,39 @@ impl<'a> Study<'a> {
         first: usize,
         robot: &mut RealEpisodes<'_>,
     ) -> Result<Vec<Pair>> {
+        let episodes = |trial| from_starts(runs, best, starts, first, self.after(), trial);
+        // The second edition compares paths without the simulator's noise.
+        let noise = |condition| match self.settings.edition {
+            Edition::First => self.settings.noise(condition),
+            Edition::Second => Noise::NONE,
+        };
+        let simulated = self.simulated_paths(runs, &episodes(0), starts, noise)?;
+        let real = robot.run_with_traces(&episodes(1))?;
+        let pairs = simulated.into_iter().zip(real);
+        Ok(pairs.map(|(simulated, real)| Pair { simulated, real }).collect())
+    }
+
+    /// Simulated episodes from starts, sorted by start, then by run, with each condition's noise. They are one cycle longer than
+    /// usual to get the final position.
+    fn simulated_paths(
+        &self,
+        runs: &[Evolving],
+        episodes: &[reality::Life<'_>],
+        starts: &[[f32; 3]],
+        noise: impl Fn(Condition) -> Noise,
+    ) -> Result<Vec<Trace>> {
         let mut simulators = Vec::new();
         for &[x, y, heading] in starts {
             for condition in Condition::ALL {
                 simulators.push(World::new(WorldSpec {
-                    noise: self.settings.noise(condition),
+                    noise: noise(condition),
                     start: Start::At { x, y, heading },
                     cycles: self.simulator.cycles + 1,
                     ..self.simulator.clone()
                 })?);
             }
         }
-        let episodes = |trial| from_starts(runs, best, starts, first, self.after(), trial);
-        let simulated = episodes(0);
-        let simulated: Vec<_> = simulated
+        let rollouts: Vec<_> = episodes
             .iter()
             .enumerate()
             .map(|(index, episode)| Rollout {
@@ -490,11 +515,8 @@ impl<'a> Study<'a> {
                 key: episode.key,
             })
             .collect();
-        let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
-        let simulated = self.evaluations.evaluate(&batch)?.traces;
-        let real = robot.run_with_traces(&episodes(1))?;
-        let pairs = simulated.into_iter().zip(real);
-        Ok(pairs.map(|(simulated, real)| Pair { simulated, real }).collect())
+        let batch = Batch::new(&simulators, &rollouts, Some(TraceRequest { every: 1 }))?;
+        Ok(self.evaluations.evaluate(&batch)?.traces)
     }
 
     /// Number in the keys of champions' episodes, instead of a generation's.

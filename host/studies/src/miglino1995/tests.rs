@@ -20,7 +20,7 @@ use oneiro_robots::address::Address;
 use super::settings::{Asked, Settings};
 use super::simulated_robot;
 use super::study::Study;
-use crate::file::{MIGLINO1995, StudyFile};
+use crate::file::{Edition, MIGLINO1995, StudyFile};
 
 pub(super) fn evaluations() -> Engine {
     Engine::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
@@ -28,7 +28,7 @@ pub(super) fn evaluations() -> Engine {
 
 mod wired;
 
-/// A small study.
+/// A small study of the first edition, which has the arms.
 pub(super) fn settings(arm: &str, severity: f32) -> Settings {
     let asked = Asked {
         seed: 1,
@@ -38,7 +38,8 @@ pub(super) fn settings(arm: &str, severity: f32) -> Settings {
         full: false,
         tables: Vec::new(),
     };
-    Settings::new(&StudyFile::open(&MIGLINO1995, None).unwrap(), arm, asked).unwrap()
+    let file = StudyFile::open(&MIGLINO1995, None).unwrap();
+    Settings::new(&file.in_edition(Edition::First).unwrap(), arm, asked).unwrap()
 }
 
 /// A study of the built-in robot.
@@ -151,4 +152,85 @@ fn with_severity_reality_is_another() {
             .fitness
     };
     assert_ne!(episodes(simulated), episodes(real));
+}
+
+/// What the list of assumptions begins with is so in the worlds: bodies slide, and a cycle that ends in a collision earns nothing.
+#[test]
+fn collisions_are_as_the_assumptions_say() {
+    let file = StudyFile::open(&MIGLINO1995, None).unwrap();
+    let listed = |edition| {
+        let asked = Asked {
+            seed: 1,
+            runs: Some(2),
+            robot: Address::Surrogate(3),
+            severity: None,
+            full: false,
+            tables: Vec::new(),
+        };
+        let file = StudyFile::open(&MIGLINO1995, None)
+            .unwrap()
+            .in_edition(edition)
+            .unwrap();
+        Settings::new(&file, "main", asked).unwrap()
+    };
+    assert_eq!(file.edition(), Edition::Second);
+    let settings = listed(Edition::Second);
+    let rows: Vec<(String, String)> = settings
+        .assumptions()
+        .into_iter()
+        .take(4)
+        .map(|row| (row.name, row.value))
+        .collect();
+    let expected = [
+        (
+            "robot.collision",
+            "slide: the robot slides along what it would touch, and turns",
+        ),
+        ("collision.fitness", "0: a cycle that ends in a collision earns nothing"),
+        ("task.difference", "root: 1 - sqrt(DV)"),
+        (
+            "task.speed",
+            "unsigned: (|left| + |right|) / 2: driving backwards counts like driving forwards",
+        ),
+    ];
+    for ((name, value), (key, words)) in rows.iter().zip(expected) {
+        assert_eq!((&**name, &**value), (key, words));
+    }
+    // Straight ahead into a wall, at a slant.
+    let genes: Vec<f32> = (0..18).map(|gene| if gene % 9 == 8 { 5.0 } else { 0.0 }).collect();
+    let slides = [Edition::First, Edition::Second].map(|edition| {
+        let start = oneiro::world::Start::At {
+            x: 60.0,
+            y: 200.0,
+            heading: 0.4,
+        };
+        let world = World::new(WorldSpec {
+            start,
+            ..listed(edition).world()
+        })
+        .unwrap();
+        let rollout = Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key::rollout(3, 0, 0, 0),
+        };
+        let batch = Batch::new(&[world], &[rollout], Some(TraceRequest { every: 1 })).unwrap();
+        let trace = &Cpu::new(None)
+            .unwrap()
+            .evaluate(&batch, &Control::new())
+            .unwrap()
+            .traces[0];
+        let (mut collided, mut moved) = (0, 0.0_f32);
+        for cycle in 1..trace.len() - 1 {
+            let (before, now, next) = (trace[cycle - 1], trace[cycle], trace[cycle + 1]);
+            if now.collided > 0.0 {
+                assert_eq!(now.fitness, before.fitness, "cycle {cycle}");
+                collided += 1;
+                moved += (next.x - now.x).hypot(next.y - now.y);
+            }
+        }
+        assert!(collided > 20, "{collided} collisions");
+        moved
+    });
+    assert!(slides[0] == 0.0 && slides[1] > 50.0, "{slides:?}");
 }

@@ -4,6 +4,7 @@ use oneiro_report::numbers::{Digits, count, shown};
 use oneiro_report::page::{self, Cell, Head, Row, Section, paragraph, table};
 
 use super::{Report, episode_seconds, last_generation, paper, runs_of};
+use crate::file::Edition;
 use crate::miglino1995::results::Condition;
 use crate::{assumptions, verdicts};
 
@@ -61,8 +62,8 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
         "{robot} was sampled in front of the arena's objects, and the simulator replays the samples. In each run {} \
          networks of 16 weights and 2 biases evolve for {} generations in the simulator, under one of three \
          conditions: {}. Only the simulator has noise. Generation {} runs in the simulator and in reality, and {} \
-         generations are then selected by their fitness in reality, on that robot. Fitness is the paper's, 500 at \
-         most.",
+         generations are then selected by their fitness in reality, on that robot. Fitness is equation 1 with the choices that \
+         the list of assumptions begins with, 500 at most: the paper's own words and its equation do not fit together.",
         results.population,
         results.simulated_generations,
         Condition::ALL.map(Condition::title).join(", "),
@@ -81,8 +82,18 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
 /// The limits of the results.
 pub(super) fn limits(study: &Report<'_>) -> Section {
     let mut limits = vec![
-        "One robot, one severity of the differences between simulator and reality, and one rule for collisions stand for all. The \
-         second edition of the study varies them, and contradicts some verdicts of studies like this one (docs/miglino1995.md).",
+        match study.edition {
+            Edition::First => {
+                "One robot, one severity of the differences between simulator and reality, and one rule for collisions stand for all. \
+                 The second edition of the study varies them, and contradicts some verdicts of studies like this one \
+                 (docs/miglino1995.md)."
+            }
+            Edition::Second => {
+                "One robot and few runs stand for all, and decide little: the chance beside each verdict says how little. Thirty robots, \
+                 other collision rules and other severities are in docs/miglino1995.md. No pair of severities met both targets of the \
+                 calibration; these repeat paths best."
+            }
+        },
         "Analyses of variance over individuals, as in Tables 1 and 2, take relatives as independent.",
     ];
     if !study.results.is_wired {

@@ -3,6 +3,8 @@
 
 use crate::miglino1995::results::Condition;
 
+/// Diameter of the robot, mm.
+pub(super) const DIAMETER: f64 = 55.0;
 /// Degrees of freedom of all tests of Tables 1 and 2.
 pub(super) const DEGREES_OF_FREEDOM: &str = "1, 998";
 /// Significance level of Tables 1 and 2.

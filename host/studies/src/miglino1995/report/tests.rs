@@ -5,13 +5,13 @@ use oneiro_report::page::check::{outside, part, unbalanced};
 
 use super::*;
 use crate::assumptions::Assumption;
-use crate::claims::{Effect, Test};
+use crate::claims::{Effect, Power, Test};
 use crate::miglino1995::results::{
     Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, MeasuredEpisode, Transferred, Variant,
 };
 use crate::verdict::Verdict;
 
-const GENERATIONS: u32 = 200;
+pub(in crate::miglino1995) const GENERATIONS: u32 = 200;
 const REAL: u32 = 20;
 const POPULATION: u32 = 100;
 
@@ -191,6 +191,7 @@ fn claims() -> Vec<Claim> {
             question: table.claims[number as usize - 1].question().into(),
             statement: format!("What the paper says <{number}> of its robots, their noise & their transfer."),
             criterion: "The order of |d| is sensor noise > no noise > conservative noise.".into(),
+            is_later: number == 10,
             verdict: match number % 4 {
                 0 => Verdict::Opposed,
                 3 => Verdict::Undecided,
@@ -213,6 +214,7 @@ fn claims() -> Vec<Claim> {
                 },
             ],
             tests: tests.into(),
+            power: None,
             remark: "Runs, not individuals, are independent.".into(),
         }
     };
@@ -228,6 +230,7 @@ fn report(results: &Results, claims: &[Claim]) -> String {
         body_radius: 27.5,
         robot: "surrogate:1 <severity 1>, parameters 8f2a",
         seed: 7,
+        edition: Edition::Second,
         arms: None,
     })
 }
@@ -262,7 +265,7 @@ fn full(runs: u32) -> Results {
 #[test]
 fn every_figure_and_table_of_the_paper_is_there() {
     let html = report(&results(5), &claims());
-    for number in 2..=12 {
+    for number in 1..=12 {
         assert!(
             part(&html, "figure", &format!("figure-{number}")).contains("<svg"),
             "{number}"
@@ -273,7 +276,12 @@ fn every_figure_and_table_of_the_paper_is_there() {
         assert_eq!(part(&html, "table", table).matches("<tr>").count(), 1 + 3, "{table}");
     }
     for number in 1..=12 {
-        assert!(part(&html, "article", &format!("c{number}")).contains("Preregistered"));
+        let words = if number == 10 {
+            "written when results were known"
+        } else {
+            "Preregistered"
+        };
+        assert!(part(&html, "article", &format!("c{number}")).contains(words));
     }
 }
 
@@ -302,6 +310,52 @@ fn results_stand_by_question() {
     let answers = part(&html, "section", "abstract");
     assert!(answers.contains("</a> holds: <a href=\"#c2\">C2</a>, <a href=\"#c5\">C5</a>; undecided: "));
     assert!(part(&html, "section", "glossary").contains("<td>surrogate</td>"));
+}
+
+/// What five runs can show stands beside the verdict, and a claim that nobody has to judge has none.
+#[test]
+fn power_stands_beside_verdicts() {
+    let mut claims = claims();
+    assert!(!report(&results(5), &claims).contains("30 robots"));
+    claims[2].power = Some(Power {
+        verdict: Verdict::Holds,
+        sets: 1680,
+        holds: 0.125,
+        undecided: 0.85,
+        opposed: 0.025,
+    });
+    claims[11].verdict = Verdict::NotJudged;
+    claims[11].reasons = vec!["true by hardware".to_owned()];
+    let html = report(&results(5), &claims);
+    assert_eq!(unbalanced(&html), None);
+    let verdicts = part(&html, "section", "abstract");
+    assert!(verdicts.contains("<td class=\"number\">12.5 %</td>") && verdicts.contains("; 1 is not judged: "));
+    assert!(verdicts.contains("Those of C10 were written when results were known"));
+    let article = part(&html, "article", "c3");
+    assert!(article.contains("Of 1680 sets of five runs of one of these robots, in 12.5 % the claim holds"));
+    assert!(part(&html, "article", "c12").contains("<b>Not judged.</b> true by hardware."));
+    // An undecided claim has no effect that five runs could show.
+    assert_eq!(
+        claims[2].power.map(|power| Power {
+            verdict: Verdict::Undecided,
+            ..power
+        }
+        .chance()),
+        Some(None)
+    );
+}
+
+/// The robot is drawn to scale, with each sensor where it was sampled.
+#[test]
+fn the_robot_is_drawn_as_sampled() {
+    let html = report(&results(5), &claims());
+    let figure = part(&html, "figure", "figure-1");
+    assert!(figure.contains(">55 mm<"));
+    // Eight sensors on either side, and what the built-in tables say of the sixth.
+    assert_eq!(figure.matches("<g transform=\"rotate(").count(), 16);
+    let table = SensorTables::khepera();
+    let half = crate::miglino1995::judge::half_gaps(&table.classes[table.class("wall").unwrap()])[5];
+    assert!(figure.contains(&format!(">6: {half:.0} mm<")), "{half}");
 }
 
 #[test]

@@ -126,6 +126,7 @@ fn claims() -> Vec<Claim> {
     let question = |id: &str| table.claims.iter().find(|claim| claim.id() == id).unwrap().question();
     let claim = |number: u32| Claim {
         source: "section 5".into(),
+        is_later: false,
         unit: "runs".into(),
         id: format!("D{number}"),
         question: question(&format!("D{number}")).into(),
@@ -144,6 +145,7 @@ fn claims() -> Vec<Claim> {
             interval: Some([1.5, 3.0]),
             paper: Some(2.0),
         }],
+        power: None,
         tests: vec![Test {
             name: "over against random, minutes".into(),
             statistic: "t".into(),
