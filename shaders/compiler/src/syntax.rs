@@ -47,7 +47,10 @@ impl Mistake<'_> {
     fn computed(&self) -> Option<String> {
         let what = self.message.strip_suffix(" (see msg)")?;
         let what = what.replace("built-in function argument is out of valid range", "has no value there");
-        let what = what.replace("RHS of shift operation is greater than or equal to 32", "a shift by 32 bits or more has no value");
+        let what = what.replace(
+            "RHS of shift operation is greater than or equal to 32",
+            "a shift by 32 bits or more has no value",
+        );
         let what = what.replace("Divide operation overflowed", "a division by 0 has no value");
         Some(format!("this is computed of constants, before the kernel runs: {what}"))
     }
