@@ -64,7 +64,7 @@ pub(crate) struct Miglino1995 {
     /// Instead: measure the first edition's gap without noise by severity, on five other robots
     #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "edition", "arm", "full", "sensitivity"])]
     pub(crate) calibrate: bool,
-    /// Instead: judge the study's second edition from finished sweeps of studies/miglino1995/second
+    /// Instead: judge finished sweeps of studies/miglino1995/second or third, by their edition's rules
     #[arg(long, value_name = "DIR,..", value_delimiter = ',', value_hint = ValueHint::DirPath,
         conflicts_with_all = ["runs", "robot", "severity", "tables", "edition", "arm", "full", "sensitivity", "calibrate", "study"])]
     pub(crate) sweeps: Vec<PathBuf>,
