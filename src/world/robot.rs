@@ -44,6 +44,7 @@ impl Robot {
     }
 
     /// Number of robots of a swarm; `None` for a single robot.
+    #[cfg(feature = "compose")]
     pub(crate) fn members(&self) -> Option<u32> {
         self.build.described()?.count
     }
