@@ -280,7 +280,7 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
             format!("Individuals; default: {}.", populations()).leak(), |values, _| Some(&mut values.as_mut().population)),
         row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
-            "Number of the best that have children, with truncation or uniform selection; default: 20, or the greatest divisor of the population up to a fifth of it where 20 does not divide it.", |values, _| Some(&mut values.as_mut().if_has_parents()?.parents)),
+            "Number of the best that have children, with truncation or uniform selection; default: 20, or the largest divisor of the population up to a fifth of it where 20 does not divide it.", |values, _| Some(&mut values.as_mut().if_has_parents()?.parents)),
         row("evolution.episodes", "", Whole(1, 1_000_000_000_000), OURS,
             "Instead of `evolution.generations`: maximum episodes of a run. Counted are individuals x trials of each generation (with coevolution x `evolution.opponents.contests`, and the last pair), including unchanged and re-evaluated individuals, and the finalists' episodes. An episode that is replayed for its trace counts once. The number of generations follows from it; with grid, the levels; with race, the candidates' episodes.", |values, _| Some(&mut values.as_mut().budget)),
         row("evolution.generations", "", Whole(1, MOST_GENERATIONS.into()), "Miglino et al. 1995, section 3.4",
