@@ -43,10 +43,10 @@ impl Mistake<'_> {
             .unwrap_or_else(|| self.plain())
     }
 
-    /// What can't be computed of constants. Naga announces a message here that it does not give.
+    /// What can't be computed of constants, where naga has a place without words of its own.
     fn computed(&self) -> Option<String> {
-        let what = self.message.strip_suffix(" (see msg)")?;
-        let what = what.replace("built-in function argument is out of valid range", "has no value there");
+        self.labels.iter().find(|label| *label == "see msg")?;
+        let what = self.message.replace("built-in function argument is out of valid range", "has no value there");
         let what = what.replace(
             "RHS of shift operation is greater than or equal to 32",
             "a shift by 32 bits or more has no value",
