@@ -46,7 +46,9 @@ impl Mistake<'_> {
     /// What can't be computed of constants, where naga has a place without words of its own.
     fn computed(&self) -> Option<String> {
         self.labels.iter().find(|label| *label == "see msg")?;
-        let what = self.message.replace("built-in function argument is out of valid range", "has no value there");
+        let what = self
+            .message
+            .replace("built-in function argument is out of valid range", "has no value there");
         let what = what.replace(
             "RHS of shift operation is greater than or equal to 32",
             "a shift by 32 bits or more has no value",

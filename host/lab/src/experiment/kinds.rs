@@ -249,7 +249,9 @@ mod tests {
                     continue;
                 }
                 if path.extension().is_none_or(|extension| extension != "toml")
-                    || ["claims.toml", "planned.toml", "Cargo.toml"].iter().any(|other| path.ends_with(other))
+                    || ["claims.toml", "planned.toml", "Cargo.toml"]
+                        .iter()
+                        .any(|other| path.ends_with(other))
                 {
                     continue;
                 }

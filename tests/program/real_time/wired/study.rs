@@ -37,7 +37,9 @@ fn placed(name: &str) -> Place {
 }
 
 fn study<'a>(address: &'a str, out: &'a str) -> Vec<&'a str> {
-    let own = "reproduce miglino1995 --study own.toml --runs 1 --backend cpu";
+    // Conditions of the second edition share their random numbers: in so few generations they have the same controllers, and what was
+    // done with one is on record for the others.
+    let own = "reproduce miglino1995 --edition first --study own.toml --runs 1 --backend cpu";
     let tables = "--tables samples/wall.sam,samples/round.sam,samples/motor.sam";
     let words = own.split(' ').chain(tables.split(' '));
     words.chain(["--robot", address, "--out", out]).collect()
