@@ -17,6 +17,8 @@ import gymnasium
 import numpy as np
 
 import oneiro
+import oneiro.gym
+import oneiro.pettingzoo
 
 EXPERIMENT = Path(__file__).resolve().parents[1] / "experiments/khepera-avoidance.toml"
 PROGRAM = os.environ["ONEIRO_PROGRAM"]
@@ -68,7 +70,8 @@ def single():
     print(f"one genome that lives for a single cycle: {1e6 * least(many)[0] / 1000:.1f} microseconds")
 
 
-def environments(exp, count=4096, steps=500):
+def environments(exp, count):
+    steps = 2_000_000 // count
     ours = oneiro.gym.VectorEnv(exp, count)
     theirs = gymnasium.make_vec("CartPole-v1", num_envs=count, vectorization_mode="vector_entry_point")
     works = []
@@ -87,9 +90,25 @@ def environments(exp, count=4096, steps=500):
         print(f"{name}, {count} environments: {count * steps / took / 1e6:.2f} M steps/s")
 
 
+def arenas(count=1024, steps=20):
+    exp = oneiro.Experiment.load(EXPERIMENT.with_name("aggregation.toml"))
+    envs = oneiro.pettingzoo.VectorEnv(exp, count)
+    robots = envs.reset(seed=1)[0].shape[1]
+    actions = np.random.default_rng(1).uniform(-1, 1, (count, robots, 2)).astype(np.float32)
+
+    def run():
+        for _ in range(steps):
+            envs.step(actions)
+
+    run()
+    print(f"oneiro.pettingzoo.VectorEnv, {count} arenas of {robots}: {count * robots * steps / least(run)[0] / 1e6:.2f} M robot-steps/s")
+
+
 if __name__ == "__main__":
     print(f"Python {sys.version.split()[0]}, NumPy {np.__version__}, Gymnasium {gymnasium.__version__}, {os.cpu_count()} processors")
     exp = oneiro.Experiment.load(EXPERIMENT)
     evaluations(exp)
     single()
-    environments(exp)
+    for count in (1024, 4096, 16384):
+        environments(exp, count)
+    arenas()
