@@ -48,7 +48,7 @@ pub const MIGLINO1995: Study = Study {
     claims: include_str!("miglino1995/claims.toml"),
 };
 
-/// What five runs of one robot can show of the claims of the study of 1995.
+/// The 1995 study's claims: the chance that five runs of one robot show them.
 pub const MIGLINO1995_PLANNED: &str = include_str!("miglino1995/planned.toml");
 
 /// The study of 2014.

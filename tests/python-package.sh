@@ -123,7 +123,7 @@ modules = subprocess.run(
     check=True, capture_output=True, text=True,
 ).stdout.split()
 assert modules == ["False", "False"], "packages of others are imported with oneiro"
-# 30 ms on a quiet machine; processor time itself doubles beside other tests.
+# 30 ms on a quiet machine; processor time itself doubles while other tests run.
 assert took < 100, "importing oneiro takes too long"
 PYTHON
 say "all is well"

@@ -203,7 +203,7 @@ fn details(world: &World, trace: &Trace, record: usize, kind: DetailKind) -> Vec
     found.map(|(_, word)| *word).collect()
 }
 
-/// What a robot has earned in a record: what it alone has, and what all robots have together.
+/// A robot's earnings in a record: its own, and those of all robots together.
 fn earned(world: &World, of_life: &[Trace], robot: usize, record: usize) -> f32 {
     let together = of_life[0][record].reward;
     let alone = |robot: usize| {

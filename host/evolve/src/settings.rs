@@ -108,7 +108,7 @@ impl Settings {
         (!self.is(Feature::SetsGenerations)).then_some(self)
     }
 
-    /// The default number of parents: 20, or where 20 does not divide the population, its greatest divisor up to a fifth of it.
+    /// The default number of parents: 20, or where 20 does not divide the population, its largest divisor up to a fifth of it.
     pub fn parents_of(population: u32) -> u32 {
         let default = Self::default().parents;
         if population.is_multiple_of(default) {

@@ -20,7 +20,7 @@ impl Stepped {
     /// Lives of which none has begun.
     ///
     /// # Errors
-    /// Exit 3 for the foraging study, and for lives that can't be stepped; exit 4 if there is no such device.
+    /// Exit 3 for the foraging study, and for episodes that can't be stepped; exit 4 if there is no such device.
     pub fn new(experiment: &Experiment, lives: usize, backend: &str) -> Result<Self> {
         let spec = experiment.world()?.spec();
         let own = oneiro::stepped::Stepped::new(spec, lives)?;
@@ -52,12 +52,12 @@ impl Stepped {
         &self.own
     }
 
-    /// Lets lives live for a cycle, with two commands for each robot, and at the same time begins others anew: each with the seed, and
-    /// the two numbers, from which its random numbers are made. With (i, j) they are those of the life j of the genome i that
+    /// Simulates a cycle of each episode, with two commands for each robot, and at the same time begins others anew: each with the seed, and
+    /// the two numbers, from which its random numbers are made. With (i, j) they are those of the episode j of the genome i that
     /// [`evaluate`](super::evaluate::evaluate) evaluates with that seed.
     ///
     /// # Errors
-    /// Exit 3 for lives, commands or seeds that aren't allowed; those of the device.
+    /// Exit 3 for episodes, commands or seeds that aren't allowed; those of the device.
     pub fn step(&mut self, who: &[usize], commands: &[f32], begin: &[(usize, u64, [u64; 2])], task: &Task) -> Result {
         check_seed(begin.iter().map(|(_, seed, _)| *seed).max().unwrap_or(0))?;
         let key =

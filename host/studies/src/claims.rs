@@ -76,7 +76,7 @@ pub struct Claim {
     pub source: String,
     /// The criterion.
     pub criterion: String,
-    /// Whether that was written when the results were known. Else it was registered before anything was evolved.
+    /// Whether the criterion is later than the results. Else it was registered before anything was evolved.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_later: bool,
     /// Unit of analysis of the criterion's figures.
@@ -90,14 +90,14 @@ pub struct Claim {
     pub effects: Vec<Effect>,
     /// Significance tests: the paper's, over individuals, and ours, over runs.
     pub tests: Vec<Test>,
-    /// What a study with the paper's number of runs can show of it, if that is known.
+    /// The chance that a study of the paper's size shows it, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power: Option<Power>,
     /// Remarks for the reader.
     pub(crate) remark: String,
 }
 
-/// What many runs of many robots say of a claim, and how often five of the runs of one robot give each verdict.
+/// The verdict of many runs of many robots on a claim, and how often five of the runs of one robot give each verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Power {

@@ -20,7 +20,7 @@ use super::assumptions::Assumption;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Edition {
     First,
-    /// What a study's file says.
+    /// The contents of a study's file.
     #[default]
     Second,
 }
@@ -40,7 +40,7 @@ impl Choice for Edition {
     ];
 }
 
-/// What an earlier edition has otherwise: values, and where they are from.
+/// The values in which an earlier edition differs, and their sources.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Earlier {
     #[serde(default)]

@@ -43,7 +43,7 @@ impl Mistake<'_> {
             .unwrap_or_else(|| self.plain())
     }
 
-    /// What can't be computed of constants, where naga has a place without words of its own.
+    /// Operations on constants without a value, for which naga has a place without a message.
     fn computed(&self) -> Option<String> {
         self.labels.iter().find(|label| *label == "see msg")?;
         let what = self

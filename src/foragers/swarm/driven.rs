@@ -72,7 +72,7 @@ pub struct Driven {
     now: u32,
     state: Vec<u32>,
     readings: Vec<Readings>,
-    /// As it was last seen.
+    /// The state last seen.
     line: Line,
 }
 
@@ -107,7 +107,7 @@ impl Driven {
         Ok(driven)
     }
 
-    /// The world as it is now; after [`Driven::at`] it is empty until the next cycle.
+    /// The current world; after [`Driven::at`] it is empty until the next cycle.
     pub fn line(&self) -> &Line {
         &self.line
     }

@@ -41,7 +41,7 @@ fn of_a_plan_are_what_comes_to_be() {
     for (run, values) in values.iter().enumerate() {
         assert_eq!(*values, columns.clone().map(|column| column[run].clone()));
     }
-    // Robot-steps: individuals, generations and cycles of each run, plus lives of three finalists and the luckiest, and of the champion's test.
+    // Robot-steps: individuals, generations and cycles of each run, plus episodes of three finalists and the luckiest, and of the champion's test.
     let steps = |run: usize| plan["runs"][run]["steps"].as_u64();
     let of = |population: u64| (population * 12 + 4 * 5 + 5) * 40;
     assert_eq!((steps(0), steps(11)), (Some(of(20)), Some(of(40))));

@@ -72,7 +72,7 @@ impl Default for Settings {
 const ROBOTS: u32 = 10;
 
 /// The paper's swarm. Section 5.6 of the paper has "random movement behaviour in the absence of a light source": its robots seek and
-/// flee only a light that they see, the least that ambient light and noise never reach.
+/// flee only a light that they see, the minimum that ambient light and noise never reach.
 fn world() -> Swarm {
     let mut world = Swarm::odowd2014(ROBOTS);
     world.forager.phototaxis_threshold = 0.16;

@@ -1,4 +1,4 @@
-//! A Khepera from above, to scale: as a paper describes it, and as it was sampled.
+//! A Khepera from above, to scale: described by a paper, and sampled.
 
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, SOFT_INK, Svg};
 
@@ -21,7 +21,7 @@ pub struct Eye {
     pub half: f64,
 }
 
-/// Draws a robot with sensors at some bearings and the dimensions that a paper prints, and beside it one whose sensors' ranges are known.
+/// Draws a robot with sensors at some bearings and the dimensions that a paper prints, and next to it one whose sensors' ranges are known.
 /// Radii are in mm.
 pub fn khepera(printed_radius: f64, bearings: &[f64], printed: &[&str], radius: f64, eyes: &[Eye]) -> String {
     let mut svg = Svg::new(2.0 * PANEL.0, PANEL.1, "A Khepera with its eight sensors, from above");
@@ -139,7 +139,7 @@ mod tests {
         let svg = khepera(27.5, &[-90.0, 90.0], &["30 mm high"], 27.5, &eyes);
         assert_eq!(svg.matches("r=\"82.5\"").count(), 2);
         assert!(svg.contains(">55 mm<") && svg.contains(">30 mm high<") && svg.contains(">2: 30 mm<"));
-        // From the rim, 82.5 pixels beside 705.
+        // From the rim, 82.5 pixels next to 705.
         assert!(svg.contains("x1=\"787.5\"") && svg.contains("x2=\"877.5\""), "{svg}");
         assert!(svg.contains("x1=\"622.5\"") && svg.contains("x2=\"592.5\""), "{svg}");
         assert_eq!(svg.matches("<g transform=\"rotate(").count(), 4);

@@ -54,7 +54,7 @@ const SIXTH: usize = 5;
 const HARDWARE: &str =
     "true by hardware: a computer of today simulates a life in far less than 2 s, and a real one takes its 50 s";
 
-/// What a study's results are judged with.
+/// The values by which a study's results are judged.
 pub(crate) struct Judging<'a> {
     pub(crate) results: &'a Results,
     /// The sampled sensors.
@@ -64,7 +64,7 @@ pub(crate) struct Judging<'a> {
     /// Corners of the arena.
     pub(crate) corners: Vec<[f32; 2]>,
     pub(crate) edition: Edition,
-    /// What five runs can show, if it is known for such a study.
+    /// The chances of five runs, if they are known for such a study.
     pub(crate) planned: Option<&'a Planned>,
 }
 

@@ -1,4 +1,4 @@
-//! What five runs of one robot can show: the second edition's outcomes over 30 robots whose bodies slide, at the calibrated
+//! The chances of five runs of one robot: the second edition's outcomes over 30 robots whose bodies slide, at the calibrated
 //! severities, and how often five of the eight runs of one of these robots give them.
 //! `experiments/miglino1995/planned.toml` has the figures, and a test makes them from `studies/miglino1995/second/slide`.
 
@@ -149,7 +149,7 @@ mod tests {
         Planned { contrasts, claims }
     }
 
-    /// A change of the runs or of the judging has its figures written beside the old ones.
+    /// A change of the runs or of the judging has its figures written next to the old ones.
     #[test]
     fn the_figures_are_those_of_the_runs() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

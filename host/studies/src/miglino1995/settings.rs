@@ -607,7 +607,7 @@ impl Settings {
         index.wrapping_mul(4).wrapping_add(condition)
     }
 
-    /// What decides most of all: what a collision does, and equation 1 as the simulator has it.
+    /// The two assumptions that decide most: the collision rule, and the simulator's form of equation 1.
     fn choices(&self) -> Vec<(String, String)> {
         fn chosen<C: Choice + PartialEq>(choice: &C) -> String {
             let known = C::CHOICES.iter().find(|(_, other, _)| other == choice);
@@ -638,7 +638,7 @@ impl Settings {
         } else {
             format!("recordings {}", self.asked.tables.join(", "))
         };
-        // The first edition's list is as it was published.
+        // The first edition's list is unchanged.
         let mut rows = match self.edition {
             Edition::First => Vec::new(),
             Edition::Second => self.choices(),
@@ -862,7 +862,7 @@ mod tests {
             .unwrap_or_else(|| panic!("{name}"))
     }
 
-    /// The default is the second edition, at the severities of its calibration; the first is as it was.
+    /// The default is the second edition, at the severities of its calibration; the first is unchanged.
     #[test]
     fn editions_have_their_values() {
         let asked = Asked {

@@ -154,7 +154,7 @@ fn with_severity_reality_is_another() {
     assert_ne!(episodes(simulated), episodes(real));
 }
 
-/// What the list of assumptions begins with is so in the worlds: bodies slide, and a cycle that ends in a collision earns nothing.
+/// The first assumptions of the list are those of the worlds: bodies slide, and a cycle that ends in a collision earns nothing.
 #[test]
 fn collisions_are_as_the_assumptions_say() {
     let file = StudyFile::open(&MIGLINO1995, None).unwrap();

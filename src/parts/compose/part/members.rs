@@ -25,7 +25,7 @@ pub(super) const PARTS: [&str; 12] = [
     RM12,
     VECTORS,
 ];
-/// What replaces declarations of the others where robots are commanded from outside.
+/// Replaces the other declarations where robots are commanded from outside.
 pub(super) const COMMANDED: &str = "physics/commanded.wgsl";
 const FIRST: &str = "physics/first.wgsl";
 const OBSERVED: &str = "physics/observed.wgsl";

@@ -117,12 +117,12 @@ impl Runs {
     pub(super) fn tested_as(&self, factor: usize) -> Option<usize> {
         let groups = |of: usize| self.factors[of].groups.len();
         (0..factor).find(|&first| {
-            let pairs = self
-                .all
-                .iter()
-                .map(|run| (self.group(run, first), self.group(run, factor)));
-            let pairs = pairs.collect::<BTreeSet<_>>().len();
-            pairs == groups(first) && pairs == groups(factor)
+            let mut partners = vec![None; groups(first)];
+            let mut is_partner = |run: &Run| {
+                let own = self.group(run, factor);
+                *partners[self.group(run, first)].get_or_insert(own) == own
+            };
+            groups(factor) > 1 && groups(first) == groups(factor) && self.all.iter().all(&mut is_partner)
         })
     }
 

@@ -312,7 +312,7 @@ fn results_stand_by_question() {
     assert!(part(&html, "section", "glossary").contains("<td>surrogate</td>"));
 }
 
-/// What five runs can show stands beside the verdict, and a claim that nobody has to judge has none.
+/// The chance of five runs stands next to the verdict, and a claim that nobody has to judge has none.
 #[test]
 fn power_stands_beside_verdicts() {
     let mut claims = claims();

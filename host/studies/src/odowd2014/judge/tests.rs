@@ -269,7 +269,7 @@ fn harm_is_no_weak_help() {
     assert_eq!(of(true), (Some(true), Verdict::Opposed));
 }
 
-/// What hardware answers has one reason, whatever the combinations.
+/// A claim that hardware answers has one reason, whatever the combinations.
 #[test]
 fn hardware_gives_no_verdict() {
     let claims = study(vec![as_published(), nothing(Credit::Matched)]);
