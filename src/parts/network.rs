@@ -1,6 +1,7 @@
 //! Networks given by their layers. Each is written out as the WGSL of a controller, and composed like a user's.
 
 use std::fmt::Write;
+use std::iter;
 
 use crate::exact;
 use crate::genes::Gene;
@@ -37,6 +38,8 @@ pub struct Layer {
     pub biases: Option<bool>,
     /// Minimum and maximum time constant of a continuous-time layer, s. `None`: [`TIME_CONSTANTS`].
     pub time_constants: Option<[f32; 2]>,
+    /// Minimum and maximum strength of a plastic layer's synapses when an episode begins. `None`: [`INITIAL_STRENGTHS`].
+    pub initial_strengths: Option<[f32; 2]>,
 }
 
 impl Default for Layer {
@@ -48,6 +51,7 @@ impl Default for Layer {
             slope: None,
             biases: None,
             time_constants: None,
+            initial_strengths: None,
         }
     }
 }
@@ -65,6 +69,10 @@ pub enum LayerKind {
     /// Long short-term memory (Hochreiter and Schmidhuber 1997; forget gates by Gers et al. 2000, with 1 added to their sums).
     /// All gates also weigh all units' outputs of the previous cycle.
     Lstm,
+    /// Logistic units as Elman's, of which each synapse has a strength from 0 to 1 that changes in each cycle, by one of four
+    /// Hebbian rules (Floreano and Urzelai 2000). Its weight is its gene times its strength; two more genes are its rule and its
+    /// learning rate.
+    Plastic,
 }
 
 /// An activation function of a sum `x`.
@@ -95,12 +103,67 @@ pub enum Outputs {
 
 /// Most units of a layer.
 pub const GREATEST_UNITS: u32 = 1024;
+/// Most synapses of a network that learn: an episode remembers the strength of each.
+pub const GREATEST_SYNAPSES: u32 = 1024;
 /// Most layers.
 pub const GREATEST_LAYERS: usize = 8;
 /// Maximum output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
 pub const GREATEST_OUTPUT: f32 = 1000.0;
 /// Default range of time constants, s.
 pub const TIME_CONSTANTS: [f32; 2] = [0.1, 5.0];
+
+/// Default range of the strengths of synapses when an episode begins (Floreano and Urzelai 2000).
+pub const INITIAL_STRENGTHS: [f32; 2] = [0.0, 0.1];
+
+/// A rule by which a synapse's strength `w` changes, from the activity `x` before it and `y` behind it (Floreano and Urzelai 2000).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// `(1 - w) x y`.
+    Hebb,
+    /// `(1 - w) x y - w (1 - x) y`.
+    Postsynaptic,
+    /// `(1 - w) x y - w x (1 - y)`.
+    Presynaptic,
+    /// `(1 - w) c` or, if `c` is negative, `w c`, with `c = tanh(4 (1 - |x - y|) - 2)`.
+    Covariance,
+}
+
+impl Choice for Rule {
+    const CHOICES: Choices<Self> = &[
+        ("Hebb's rule", Self::Hebb, "(1 - w) x y"),
+        ("the postsynaptic rule", Self::Postsynaptic, "(1 - w) x y - w (1 - x) y"),
+        ("the presynaptic rule", Self::Presynaptic, "(1 - w) x y - w x (1 - y)"),
+        (
+            "the covariance rule",
+            Self::Covariance,
+            "(1 - w) c, or w c if c is negative; c = tanh(4 (1 - |x - y|) - 2)",
+        ),
+    ];
+}
+
+/// The rule that a gene from 0 to 1 chooses: each has a quarter of the range, in their order.
+pub fn rule(gene: f32) -> Rule {
+    Rule::CHOICES[(4.0 * gene).clamp(0.0, 3.0) as usize].1
+}
+
+/// The change of a strength in a cycle: all rules let it rise towards 1 by `up`, and fall towards 0 by `down`.
+const LEARNING: &str = "fn learnt(rule: f32, rate: f32, w: f32, x: f32, y: f32) -> f32 {
+    let which = clamp(4.0f * rule, 0.0f, 3.0f);
+    var up = flushed(x * y);
+    var down = 0.0f;
+    if (which >= 3.0f) {
+        let covariance = hyperbolic_tangent(4.0f * (1.0f - abs(x - y)) - 2.0f);
+        up = max(covariance, 0.0f);
+        down = max(-covariance, 0.0f);
+    } else if (which >= 2.0f) {
+        down = flushed(x * (1.0f - y));
+    } else if (which >= 1.0f) {
+        down = flushed((1.0f - x) * y);
+    }
+    let change = flushed(up - w * (up + down));
+    return flushed(clamp(w + clamp(rate, 0.0f, 1.0f) * change, 0.0f, 1.0f));
+}
+";
 
 /// Duration of a cycle, s.
 const CYCLE: f64 = 0.1;
@@ -119,6 +182,11 @@ impl Choice for LayerKind {
             "continuous-time recurrent units, each with its time constant as a gene",
         ),
         ("lstm", Self::Lstm, "long short-term memory"),
+        (
+            "plastic",
+            Self::Plastic,
+            "synapses that learn within an episode, each by one of four Hebbian rules",
+        ),
     ];
 }
 
@@ -170,7 +238,7 @@ impl Layer {
     fn range(&self) -> Activation {
         match self.kind {
             LayerKind::Dense | LayerKind::Elman => self.activation.unwrap_or_default(),
-            LayerKind::Ctrnn => Activation::Logistic,
+            LayerKind::Ctrnn | LayerKind::Plastic => Activation::Logistic,
             LayerKind::Lstm => Activation::Tanh,
         }
     }
@@ -199,35 +267,46 @@ impl Layer {
 
     /// Number of genes of a unit.
     fn unit_genes(&self, inputs: u32) -> u32 {
-        self.sums().len() as u32 * self.sum_genes(inputs) + u32::from(self.kind == LayerKind::Ctrnn)
+        let others = match self.kind {
+            LayerKind::Ctrnn => 1,
+            LayerKind::Plastic => 2 * self.synapses(inputs),
+            LayerKind::Dense | LayerKind::Elman | LayerKind::Lstm => 0,
+        };
+        self.sums().len() as u32 * self.sum_genes(inputs) + others
     }
 
-    /// The memory of its units: outputs of the previous cycle are `unit`.
-    fn memory(&self) -> &'static [&'static str] {
+    /// Number of what a unit weighs, without its bias.
+    fn synapses(&self, inputs: u32) -> u32 {
+        inputs + self.recurrent()
+    }
+
+    /// The memory of its units, and how many numbers of each there are: outputs of the previous cycle are `unit`.
+    fn memory(&self, inputs: u32) -> Vec<(&'static str, u32)> {
         match self.kind {
-            LayerKind::Dense => &[],
-            LayerKind::Elman => &["unit"],
-            LayerKind::Ctrnn => &["state"],
-            LayerKind::Lstm => &["unit", "cell"],
+            LayerKind::Dense => vec![],
+            LayerKind::Elman => vec![("unit", self.units)],
+            LayerKind::Ctrnn => vec![("state", self.units)],
+            LayerKind::Lstm => vec![("unit", self.units), ("cell", self.units)],
+            LayerKind::Plastic => vec![("unit", self.units), ("strength", self.units * self.synapses(inputs))],
         }
     }
 
     /// Its part of a cycle in WGSL, from its first gene on: `unit_N` and so on are what it remembers, `layer_N` its outputs.
-    fn wgsl(&self, index: usize, first: u32, inputs: u32) -> String {
+    fn wgsl(&self, index: usize, first: u32, readings: &[String], inputs: u32) -> String {
         let (units, of_unit) = (self.units, self.unit_genes(inputs));
         let output = self.ctrnn_output(index, first, inputs);
-        let past = if self.kind == LayerKind::Ctrnn {
-            format!(
+        let past = match self.kind {
+            LayerKind::Ctrnn => format!(
                 "    var unit_{index} = array<f32, {units}>();
     for (var unit = 0u; unit < {units}u; unit++) {{
         unit_{index}[unit] = {output};
     }}
 "
-            )
-        } else {
-            String::new()
+            ),
+            LayerKind::Plastic => self.synapses_wgsl(index, readings, inputs),
+            LayerKind::Dense | LayerKind::Elman | LayerKind::Lstm => String::new(),
         };
-        let (sums, unit) = (self.weighed(index, inputs), self.unit(index, of_unit, &output));
+        let (sums, unit) = (self.weighed(index, inputs), self.unit(index, inputs, &output));
         format!(
             "    var layer_{index} = array<f32, {units}>();
 {past}    for (var unit = 0u; unit < {units}u; unit++) {{
@@ -246,15 +325,58 @@ impl Layer {
         format!("logistic(state_{index}[unit] + gene(episode, {bias}u + unit * {of_unit}u))")
     }
 
+    /// Declares what comes to the synapses of a plastic layer's unit, `source_N`, and gives them strengths as an episode begins.
+    fn synapses_wgsl(&self, index: usize, readings: &[String], inputs: u32) -> String {
+        let (synapses, [least, span]) = (self.synapses(inputs), strengths(index));
+        let (before, input) = match index.checked_sub(1) {
+            None => {
+                let readings: Vec<_> = readings.iter().map(|name| format!("readings.{name}")).collect();
+                let all = format!("    var given = array<f32, {inputs}>({});\n", readings.join(", "));
+                (all, "given".to_owned())
+            }
+            Some(before) => (String::new(), format!("layer_{before}")),
+        };
+        format!(
+            "{before}    var source_{index} = array<f32, {synapses}>();
+    for (var input = 0u; input < {inputs}u; input++) {{
+        source_{index}[input] = {input}[input];
+    }}
+    for (var other = 0u; other < {units}u; other++) {{
+        source_{index}[{inputs}u + other] = unit_{index}[other];
+    }}
+    if (step == 0u) {{
+        for (var synapse = 0u; synapse < {all}u; synapse++) {{
+            let drawn = random(episode, STREAM_CONTROLLER, {index}u, synapse);
+            strength_{index}[synapse] = flushed(values.{least} + values.{span} * drawn.x);
+        }}
+    }}
+",
+            units = self.units,
+            all = self.units * synapses,
+        )
+    }
+
     /// Declares a unit's sums of inputs, of outputs of the previous cycle, and of biases but those of continuous-time units.
     fn weighed(&self, index: usize, inputs: u32) -> String {
         let of_sum = self.sum_genes(inputs);
         let mut text = String::new();
         for (sum, ending) in self.sums().iter().enumerate() {
             let (name, offset) = (format!("sum{ending}"), sum as u32 * of_sum);
-            let weighed = weighed(&name, &format!("first + {offset}u"), index, inputs);
-            let _ = writeln!(text, "    {weighed}");
-            if self.recurrent() > 0 {
+            if self.kind == LayerKind::Plastic {
+                let _ = writeln!(
+                    text,
+                    "    var sum = 0.0f;
+    for (var source = 0u; source < {synapses}u; source++) {{
+        let strength = strength_{index}[unit * {synapses}u + source];
+        sum += gene(episode, first + source) * flushed(strength * source_{index}[source]);
+    }}",
+                    synapses = self.synapses(inputs),
+                );
+            } else {
+                let weighed = weighed(&name, &format!("first + {offset}u"), index, inputs);
+                let _ = writeln!(text, "    {weighed}");
+            }
+            if ![LayerKind::Dense, LayerKind::Plastic].contains(&self.kind) {
                 let _ = writeln!(
                     text,
                     "    for (var other = 0u; other < {}u; other++) {{
@@ -271,8 +393,9 @@ impl Layer {
         text
     }
 
-    /// Writes how a unit with `genes` genes computes its output from its sums.
-    fn unit(&self, index: usize, genes: u32, ctrnn_output: &str) -> String {
+    /// Writes how a unit computes its output from its sums, and a plastic one its strengths from what it has weighed.
+    fn unit(&self, index: usize, inputs: u32, ctrnn_output: &str) -> String {
+        let genes = self.unit_genes(inputs);
         match self.kind {
             LayerKind::Dense | LayerKind::Elman => {
                 let slope = self.slope.map(|_| slope(index));
@@ -296,6 +419,22 @@ impl Layer {
     layer_{index}[unit] = flushed(logistic(sum_output_gate) * hyperbolic_tangent(cell_{index}[unit]));
 "
             ),
+            LayerKind::Plastic => {
+                let output = Activation::Logistic.of(self.slope.map(|_| slope(index)), "sum");
+                let (synapses, rules) = (self.synapses(inputs), self.sum_genes(inputs));
+                let rates = rules + synapses;
+                format!(
+                    "    layer_{index}[unit] = {output};
+    for (var source = 0u; source < {synapses}u; source++) {{
+        let synapse = unit * {synapses}u + source;
+        let rule = gene(episode, first + {rules}u + source);
+        let rate = gene(episode, first + {rates}u + source);
+        let activity = clamp(source_{index}[source], 0.0f, 1.0f);
+        strength_{index}[synapse] = learnt(rule, rate, strength_{index}[synapse], activity, layer_{index}[unit]);
+    }}
+"
+                )
+            }
         }
     }
 
@@ -303,33 +442,52 @@ impl Layer {
     /// logarithm of the maximum by the minimum. A time constant is `minimum (maximum / minimum)^gene` for a gene from 0 to 1.
     fn values(&self, index: usize) -> Vec<(String, f32)> {
         let slope_value = self.slope.map(|factor| (slope(index), factor)).into_iter();
-        if self.kind != LayerKind::Ctrnn {
-            return slope_value.collect();
-        }
-        let [least, greatest] = self.time_constants.unwrap_or(TIME_CONSTANTS).map(f64::from);
-        let numbers = [CYCLE / least, exact::logarithm(greatest / least)].map(|number| number as f32);
-        slope_value.chain(rates(index).into_iter().zip(numbers)).collect()
+        let (names, numbers) = match self.kind {
+            LayerKind::Ctrnn => {
+                let [least, greatest] = self.time_constants.unwrap_or(TIME_CONSTANTS).map(f64::from);
+                (rates(index), [CYCLE / least, exact::logarithm(greatest / least)])
+            }
+            LayerKind::Plastic => {
+                let [least, greatest] = self.initial_strengths.unwrap_or(INITIAL_STRENGTHS).map(f64::from);
+                (strengths(index), [least, greatest - least])
+            }
+            LayerKind::Dense | LayerKind::Elman | LayerKind::Lstm => return slope_value.collect(),
+        };
+        let numbers = numbers.map(|number| number as f32);
+        slope_value.chain(names.into_iter().zip(numbers)).collect()
     }
 
     /// Checks conditions that involve several of its values; errors have keys without the layer's place.
     fn check(&self) -> Result<(), Invalid> {
         let has_activation = matches!(self.kind, LayerKind::Dense | LayerKind::Elman);
-        let is_ctrnn = self.kind == LayerKind::Ctrnn;
+        let has_slope = has_activation || self.kind == LayerKind::Plastic;
         only_where(
             format_args!("kind = \"{}\"", self.kind.word()),
             &[
                 ("activation", self.activation.is_some(), has_activation),
-                ("slope", self.slope.is_some(), has_activation),
-                ("time_constants_s", self.time_constants.is_some(), is_ctrnn),
+                ("slope", self.slope.is_some(), has_slope),
+                (
+                    "time_constants_s",
+                    self.time_constants.is_some(),
+                    self.kind == LayerKind::Ctrnn,
+                ),
+                (
+                    "initial_strengths",
+                    self.initial_strengths.is_some(),
+                    self.kind == LayerKind::Plastic,
+                ),
             ],
         )?;
-        match self.time_constants {
-            Some([least, greatest]) if least > greatest => {
+        for (key, range) in [
+            ("time_constants_s", self.time_constants),
+            ("initial_strengths", self.initial_strengths),
+        ] {
+            if let Some([least, greatest]) = range.filter(|[least, greatest]| least > greatest) {
                 let problem = format!("is [{least}, {greatest}]; allowed: [minimum, maximum]");
-                Err(Invalid::new("time_constants_s", problem))
+                return Err(Invalid::new(key, problem));
             }
-            _ => Ok(()),
         }
+        Ok(())
     }
 }
 
@@ -343,10 +501,15 @@ fn rates(layer: usize) -> [String; 2] {
     [format!("fastest_{layer}"), format!("span_{layer}")]
 }
 
+/// The names of the minimum and the range of a layer's initial strengths, among the values.
+fn strengths(layer: usize) -> [String; 2] {
+    [format!("weakest_{layer}"), format!("strengths_{layer}")]
+}
+
 impl Network {
     /// Genes for these readings: of each unit, layer by layer, the weights of its inputs, of the outputs of the previous
-    /// cycle, and its bias; of an LSTM unit for each gate; of a continuous-time unit also its time constant. Then those of
-    /// weighted outputs.
+    /// cycle, and its bias; of an LSTM unit for each gate; of a continuous-time unit also its time constant, and of a plastic one
+    /// the rule and the learning rate of each synapse. Then those of weighted outputs.
     pub(crate) fn genes(&self, readings: &[String]) -> Vec<Gene> {
         let mut genes = Vec::new();
         let mut inputs = readings.to_vec();
@@ -361,8 +524,16 @@ impl Network {
                     genes.extend(weights.map(|input| Gene::new(format!("{input}_to_{unit}{sum}"))));
                     genes.extend(layer.has_biases().then(|| Gene::new(format!("bias_{unit}{sum}"))));
                 }
-                if layer.kind == LayerKind::Ctrnn {
-                    genes.push(Gene::ranged(format!("time_constant_{unit}"), Some([0.0, 1.0])));
+                let within = |name: String| Gene::ranged(name, Some([0.0, 1.0]));
+                match layer.kind {
+                    LayerKind::Ctrnn => genes.push(within(format!("time_constant_{unit}"))),
+                    LayerKind::Plastic => {
+                        for what in ["rule", "rate"] {
+                            let sources = inputs.iter().chain(&units);
+                            genes.extend(sources.map(|source| within(format!("{what}_{source}_to_{unit}"))));
+                        }
+                    }
+                    LayerKind::Dense | LayerKind::Elman | LayerKind::Lstm => {}
                 }
             }
             inputs = units;
@@ -390,18 +561,18 @@ impl Network {
         let (mut fields, mut cycle, mut kept) = (String::new(), String::new(), Vec::new());
         let (mut first, mut inputs) = (0, readings.len() as u32);
         for (index, layer) in self.layers.iter().enumerate() {
-            for what in layer.memory() {
-                let names: Vec<_> = (0..layer.units)
-                    .map(|unit| format!("layer_{index}_{what}_{unit}"))
+            for (what, count) in layer.memory(inputs) {
+                let names: Vec<_> = (0..count)
+                    .map(|number| format!("layer_{index}_{what}_{number}"))
                     .collect();
                 let _ = writeln!(fields, "    {}: f32,", names.join(": f32,\n    "));
                 let before: Vec<_> = names.iter().map(|name| format!("before.{name}")).collect();
-                let (units, before) = (layer.units, before.join(", "));
-                let _ = writeln!(cycle, "    var {what}_{index} = array<f32, {units}>({before});");
-                let array = if *what == "unit" { "layer" } else { what };
-                kept.extend((0..units).map(|unit| format!("{array}_{index}[{unit}]")));
+                let before = before.join(", ");
+                let _ = writeln!(cycle, "    var {what}_{index} = array<f32, {count}>({before});");
+                let array = if what == "unit" { "layer" } else { what };
+                kept.extend((0..count).map(|number| format!("{array}_{index}[{number}]")));
             }
-            cycle += &layer.wgsl(index, first, inputs);
+            cycle += &layer.wgsl(index, first, readings, inputs);
             first += layer.units * layer.unit_genes(inputs);
             inputs = layer.units;
         }
@@ -437,9 +608,11 @@ impl Network {
             (format!("struct ControllerState {{\n{fields}}}\n"), after)
         };
         let (values, reading) = self.declared();
+        let learns = self.layers.iter().any(|layer| layer.kind == LayerKind::Plastic);
+        let learning = if learns { LEARNING } else { "" };
         format!(
             "const CONTROLLER_GENES: u32 = {first}u;
-{values}{state}fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
+{values}{state}{learning}fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
 {reading}{cycle}    return Command(vec2<f32>({left}, {right}), {after});
 }}
 "
@@ -465,12 +638,27 @@ impl Network {
         (format!("struct ControllerValues {{\n{fields}}}\n"), reading)
     }
 
+    /// Number of synapses that learn, for so many readings.
+    fn synapses(&self, readings: u32) -> u32 {
+        let inputs = iter::once(readings).chain(self.layers.iter().map(|layer| layer.units));
+        let layers = self.layers.iter().zip(inputs);
+        let learning = layers.filter(|(layer, _)| layer.kind == LayerKind::Plastic);
+        learning
+            .map(|(layer, inputs)| layer.units * layer.synapses(inputs))
+            .sum()
+    }
+
     /// Checks conditions that involve several values.
     pub(crate) fn check(&self, readings: &[String], greatest_genes: u32) -> Result<(), Invalid> {
         length("controller.layers", self.layers.len(), GREATEST_LAYERS)?;
         for (index, layer) in self.layers.iter().enumerate() {
             let place = format!("controller.layers[{index}]");
             layer.check().map_err(|invalid| invalid.within(&place))?;
+        }
+        let synapses: u32 = self.synapses(readings.len() as u32);
+        if synapses > GREATEST_SYNAPSES {
+            let problem = format!("have {synapses} synapses that learn; allowed: up to {GREATEST_SYNAPSES}");
+            return Err(Invalid::new("controller.layers", problem));
         }
         if self.is_interleaved() && (!self.layers.is_empty() || self.outputs == Some(Outputs::FirstTwo)) {
             let problem = "is true; allowed: only without layers";

@@ -271,7 +271,7 @@ fn network(network: &Network, spec: &WorldSpec) -> Result<(), Invalid> {
         None => "sensor.part".to_owned(),
     };
     let problem = format!(
-        "the reading `{}` has the name of a unit of the network; allowed: another, since two genes would be `{}`",
+        "the reading `{}` gives two genes of the network the name `{}`; allowed: another reading's name",
         readings[index], twice.name
     );
     Err(Invalid::new(key, problem))

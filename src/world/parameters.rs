@@ -254,6 +254,8 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Whether each unit has a bias; default: true.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.biases)),
         row("controller.layers[].time_constants_s", "s", Number(0.1, 1e5), "ours: 0.1 to 5 s",
             "Minimum and maximum time constant of a continuous-time layer.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.time_constants)),
+        row("controller.layers[].initial_strengths", "", Number(0.0, 1.0), "Floreano and Urzelai 2000: 0 to 0.1",
+            "Minimum and maximum strength of a plastic layer's synapses when an episode begins, drawn for each.", |spec, index| Some(&mut network(spec)?.layers.get_mut(index)?.initial_strengths)),
         row("controller.obstacle", "", Number(0.0, 10.0), "AutoMoDe's program, AutoMoDeBehaviourExploration.cpp, commit 17d758bf",
             "Length of the vector of proximity from which on exploration turns away; default: 0.1.", |spec, _| Some(&mut modules(spec)?.obstacle)),
         row("controller.avoidance", "", Number(0.0, 100.0), "Francesca et al. 2014; AutoMoDe's program, commit 7e0b0c10",

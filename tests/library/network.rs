@@ -99,6 +99,18 @@ pub(crate) fn networks() -> Vec<Network> {
             outputs: Some(Outputs::FirstTwo),
             ..with(&[dense(2, Activation::Linear)])
         },
+        with(&[layer(LayerKind::Plastic, 3)]),
+        Network {
+            outputs: Some(Outputs::FirstTwo),
+            ..with(&[
+                dense(3, Activation::Relu),
+                without_biases(Layer {
+                    slope: Some(2.0),
+                    initial_strengths: Some([0.2, 1.0]),
+                    ..layer(LayerKind::Plastic, 2)
+                }),
+            ])
+        },
     ]
 }
 
@@ -123,6 +135,25 @@ fn activated(activation: Option<Activation>, slope: Option<f32>, sum: f64) -> f6
         Activation::Linear => x.clamp(-1000.0, 1000.0),
         Activation::Step => f64::from(u8::from(x > 0.0)),
     }
+}
+
+/// A synapse's strength after a cycle, by the formulas of Floreano and Urzelai (2000).
+fn learnt(rule: f64, rate: f64, w: f64, x: f64, y: f64) -> f64 {
+    let hebb = (1.0 - w) * x * y;
+    let change = match (4.0 * rule).clamp(0.0, 3.0) as u32 {
+        0 => hebb,
+        1 => hebb + w * (x - 1.0) * y,
+        2 => hebb + w * x * (y - 1.0),
+        _ => {
+            let covariance = (4.0 * (1.0 - (x - y).abs()) - 2.0).tanh();
+            if covariance > 0.0 {
+                (1.0 - w) * covariance
+            } else {
+                w * covariance
+            }
+        }
+    };
+    w + rate.clamp(0.0, 1.0) * change
 }
 
 /// A cycle of a network, by the names of genes and of what units remember.
@@ -193,6 +224,26 @@ impl Cycle<'_> {
                     self.after.insert(name.clone(), output);
                     output
                 }
+                LayerKind::Plastic => {
+                    let strength =
+                        |synapse: usize| format!("layer_{index}_strength_{}", unit as usize * all.len() + synapse);
+                    let weight = |source: &str| self.gene[&format!("{source}_to_{name}")];
+                    let synapses = all.iter().enumerate();
+                    let weighed = synapses
+                        .clone()
+                        .map(|(synapse, (source, x))| weight(source) * self.remembered(&strength(synapse)) * x);
+                    let sum = weighed.sum::<f64>() + bias(self, name);
+                    let output = logistic(f64::from(layer.slope.unwrap_or(1.0)) * sum);
+                    for (synapse, (source, x)) in synapses {
+                        let [rule, rate] =
+                            ["rule", "rate"].map(|what| self.gene[&format!("{what}_{source}_to_{name}")]);
+                        let w = self.remembered(&strength(synapse));
+                        self.after
+                            .insert(strength(synapse), learnt(rule, rate, w, x.clamp(0.0, 1.0), output));
+                    }
+                    self.after.insert(name.clone(), output);
+                    output
+                }
             };
             outputs.push((name.clone(), output));
         }
@@ -212,7 +263,7 @@ impl Cycle<'_> {
         match (network.outputs, network.layers.last()) {
             (Some(Outputs::FirstTwo), Some(last)) => {
                 let is_speed = match last.kind {
-                    LayerKind::Ctrnn => false,
+                    LayerKind::Ctrnn | LayerKind::Plastic => false,
                     LayerKind::Lstm => true,
                     LayerKind::Dense | LayerKind::Elman => is_speed(last.activation),
                 };
@@ -252,8 +303,15 @@ fn each_cycle_is_that_of_the_formulas() {
         for (life, trace) in traces.iter().enumerate() {
             let genes = lives::genes(life, names.len()).into_iter().map(f64::from);
             let gene: HashMap<_, _> = names.iter().cloned().zip(genes).collect();
-            let mut before = HashMap::new();
-            for (step, record) in trace.iter().enumerate() {
+            let memory = |step| -> HashMap<_, _> {
+                let memory = details(&world, trace, step, DetailKind::Memory(Kind::Controller));
+                memory.into_iter().collect()
+            };
+            // What the first cycle of a plastic network weighs is drawn in it.
+            let is_plastic = network.layers.iter().any(|layer| layer.kind == LayerKind::Plastic);
+            let first = usize::from(is_plastic);
+            let mut before = if is_plastic { memory(0) } else { HashMap::new() };
+            for (step, record) in trace.iter().enumerate().skip(first) {
                 let readings = details(&world, trace, step, DetailKind::Perceived);
                 let readings = SENSOR_NAMES
                     .iter()
@@ -266,9 +324,7 @@ fn each_cycle_is_that_of_the_formulas() {
                 };
                 let commands = cycle.commands(&network, readings.collect());
                 let after = cycle.after;
-                let memory: HashMap<_, _> = details(&world, trace, step, DetailKind::Memory(Kind::Controller))
-                    .into_iter()
-                    .collect();
+                let memory = memory(step);
                 let is_near = |a: f64, b: f64| (a - b).abs() < 2e-5 * (1.0 + a.abs());
                 let is_right = is_near(commands[0], record.left.into())
                     && is_near(commands[1], record.right.into())
@@ -319,6 +375,84 @@ fn a_network_without_layers_has_the_perceptrons_bits() {
         };
         assert_eq!(fitness(&network), fitness(&shipped));
     }
+}
+
+/// Synapses that do not learn have the strengths that were drawn as their episode began, and at full strength their bits are an
+/// Elman network's.
+#[test]
+fn strengths_are_drawn_as_an_episode_begins() {
+    let of_kind = |kind, initial_strengths| {
+        let layers = vec![Layer {
+            initial_strengths,
+            ..layer(kind, 3)
+        }];
+        let network = Network {
+            layers,
+            ..Network::default()
+        };
+        of(&network, |_| {})
+    };
+    let lived = |world: &World, genes: &dyn Fn(usize, &str) -> f32| {
+        let names = world.gene_layout().names();
+        let change = |life, all: &mut [f32]| {
+            for (gene, name) in all.iter_mut().zip(&names) {
+                *gene = genes(life, name);
+            }
+        };
+        let batch = lives::batch_with(std::slice::from_ref(world), 100, Some(1), change);
+        Cpu::new(Some(2)).unwrap().evaluate(&batch, &Control::new()).unwrap()
+    };
+    let without_learning = |life: usize, name: &str| {
+        let sum = name
+            .bytes()
+            .fold(life as u32, |sum, byte| sum.wrapping_mul(31) + u32::from(byte));
+        if name.starts_with("rate_") {
+            0.0
+        } else {
+            (sum % 61) as f32 / 10.0 - 3.0
+        }
+    };
+
+    let range = [0.25, 0.75];
+    let world = of_kind(LayerKind::Plastic, Some(range));
+    let mut drawn: Vec<u64> = Vec::new();
+    for trace in &lived(&world, &without_learning).traces {
+        let memory = |step| {
+            let memory = details(&world, trace, step, DetailKind::Memory(Kind::Controller)).into_iter();
+            let strengths = memory.filter(|(name, _)| name.contains("strength"));
+            strengths.map(|(_, strength)| strength).collect::<Vec<_>>()
+        };
+        let first = memory(0);
+        assert_eq!(first.len(), 3 * (8 + 3));
+        assert_eq!(first, memory(trace.len() - 1));
+        assert!(
+            first.iter().all(|strength| (0.25..0.75).contains(strength)),
+            "{first:?}"
+        );
+        drawn.extend(first.into_iter().map(f64::to_bits));
+    }
+    let all = drawn.len() as f64;
+    let mean = drawn.iter().map(|bits| f64::from_bits(*bits)).sum::<f64>() / all;
+    // Of numbers that are uniform in this range the standard deviation is 0.5 / sqrt(12).
+    assert!((mean - 0.5).abs() < 4.0 * 0.5 / (12.0 * all).sqrt(), "{mean}");
+    drawn.sort_unstable();
+    drawn.dedup();
+    assert!(drawn.len() as f64 > 0.99 * all, "{} of {all} differ", drawn.len());
+
+    let strong = lived(&of_kind(LayerKind::Plastic, Some([1.0, 1.0])), &without_learning);
+    let elman = lived(&of_kind(LayerKind::Elman, None), &without_learning);
+    assert_eq!(strong.fitness, elman.fitness);
+    let learning = |life, name: &str| {
+        if name.starts_with("rate_") {
+            0.5
+        } else {
+            without_learning(life, name)
+        }
+    };
+    assert_ne!(
+        lived(&of_kind(LayerKind::Plastic, Some([1.0, 1.0])), &learning).fitness,
+        elman.fitness
+    );
 }
 
 /// Episodes that are pinned ([`crate::composed`]).
@@ -378,6 +512,8 @@ fn networks_are_as_large_as_their_genes_allow() {
         (LayerKind::Elman, 250),
         (LayerKind::Ctrnn, 250),
         (LayerKind::Lstm, 123),
+        // 28 (8 + 28) synapses.
+        (LayerKind::Plastic, 28),
     ] {
         let of = |units| Network {
             layers: vec![layer(kind, units)],
@@ -403,13 +539,18 @@ fn networks_are_as_large_as_their_genes_allow() {
             ..WorldSpec::miglino1995()
         };
         let refused = World::new(more).unwrap_err().to_string();
-        assert!(refused.contains("; allowed: 1 to "), "{kind:?}: {refused}");
+        assert!(
+            refused.contains("; allowed: 1 to ")
+                || refused.contains("have 1073 synapses that learn; allowed: up to 1024"),
+            "{kind:?}: {refused}"
+        );
     }
 }
 
 #[test]
 fn genes_have_names_and_time_constants_a_range() {
     let layouts = [
+        ("plastic", layer(LayerKind::Plastic, 3), 3 * (3 * (8 + 3) + 1) + 2 * 4),
         ("lstm", layer(LayerKind::Lstm, 2), 2 * 4 * (8 + 2 + 1) + 2 * 3),
         ("ctrnn", layer(LayerKind::Ctrnn, 3), 3 * (8 + 3 + 1 + 1) + 2 * 4),
         ("elman", layer(LayerKind::Elman, 3), 3 * (8 + 3 + 1) + 2 * 4),
@@ -428,7 +569,12 @@ fn genes_have_names_and_time_constants_a_range() {
             .iter()
             .filter(|range| **range == Some([0.0, 1.0]))
             .count();
-        assert_eq!(with_range, if name == "ctrnn" { 3 } else { 0 });
+        let expected = match name {
+            "ctrnn" => 3,
+            "plastic" => 2 * 3 * (8 + 3),
+            _ => 0,
+        };
+        assert_eq!(with_range, expected, "{name}");
         names.sort();
         names.dedup();
         assert_eq!(names.len(), genes, "{name}: each name once");
@@ -479,7 +625,7 @@ fn networks_that_differ_in_numbers_share_a_kernel() {
 
 /// Readings name genes, and so do units.
 #[test]
-fn a_reading_with_the_name_of_a_unit_is_refused() {
+fn a_reading_that_names_two_genes_alike_is_refused() {
     let named = |name: &str| {
         let text = format!(
             "struct SensorReadings {{ {name}: f32 }}
@@ -509,8 +655,8 @@ fn a_reading_with_the_name_of_a_unit_is_refused() {
         }
         World::new(spec).map_or_else(|invalid| invalid.to_string(), |_| String::new())
     };
-    let problem = "the reading `layer_0_unit_1` has the name of a unit of the network; allowed: another, since two genes \
-                   would be `layer_0_unit_1_to_layer_0_unit_0`";
+    let problem = "the reading `layer_0_unit_1` gives two genes of the network the name `layer_0_unit_1_to_layer_0_unit_0`; \
+                   allowed: another reading's name";
     let name = "layer_0_unit_1";
     assert_eq!(
         refused(name, LayerKind::Elman, true),
@@ -522,6 +668,8 @@ fn a_reading_with_the_name_of_a_unit_is_refused() {
     );
     assert_eq!(refused(name, LayerKind::Dense, true), "");
     assert_eq!(refused("layer_0_unit_3", LayerKind::Elman, false), "");
+    let rule = refused("rule_ahead", LayerKind::Plastic, true);
+    assert!(rule.contains("the name `rule_ahead_to_layer_0_unit_0`"), "{rule}");
 }
 
 #[test]
@@ -576,9 +724,30 @@ fn mistakes_are_refused() {
         (
             with(Layer {
                 time_constants: Some([0.05, 1.0]),
-                ..ctrnn
+                ..ctrnn.clone()
             }),
             "controller.layers[0].time_constants_s: is 0.05; allowed: 0.1 to 100000",
+        ),
+        (
+            with(Layer {
+                initial_strengths: Some([0.0, 1.0]),
+                ..ctrnn
+            }),
+            "controller.layers[0].initial_strengths: is given; allowed: not with kind = \"ctrnn\"",
+        ),
+        (
+            with(Layer {
+                initial_strengths: Some([0.5, 0.2]),
+                ..layer(LayerKind::Plastic, 2)
+            }),
+            "controller.layers[0].initial_strengths: is [0.5, 0.2]; allowed: [minimum, maximum]",
+        ),
+        (
+            with(Layer {
+                activation: Some(Activation::Tanh),
+                ..layer(LayerKind::Plastic, 2)
+            }),
+            "controller.layers[0].activation: is given; allowed: not with kind = \"plastic\"",
         ),
         (
             with(layer(LayerKind::Dense, 1025)),

@@ -1453,7 +1453,7 @@ fn values_of_a_network_need_the_kind() {
             "[controller]\nkind = \"network\"\n[[controller.layers]]\nkind = \"gru\"",
             &[]
         ),
-        "test.toml:4:8: controller.layers[0].kind: is \"gru\"; allowed: dense, elman, ctrnn, lstm"
+        "test.toml:4:8: controller.layers[0].kind: is \"gru\"; allowed: dense, elman, ctrnn, lstm, plastic"
     );
     assert_eq!(
         refusal(

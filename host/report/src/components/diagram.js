@@ -78,7 +78,7 @@ class NetworkDiagram {
     });
     const radius = Math.min(RADIUS, 0.42 * step);
     const largest = Math.max(...lines.map(({ weights }) => Math.abs(weights[weights.length - 1])), 1e-9);
-    const drawnLines = lines.map(({ from, to, back, weights }) => {
+    this.lines = lines.map(({ from, to, back, weights, learns }) => {
       const weight = weights[weights.length - 1];
       const [a, b] = [places[from], places[to]];
       // Back lines leave and arrive at the right side, the farther the wider.
@@ -87,12 +87,16 @@ class NetworkDiagram {
       const way = back
         ? `M${a.x} ${a.y}C${a.x + bow} ${a.y - lift} ${b.x + bow} ${b.y + lift} ${b.x} ${b.y}`
         : `M${a.x} ${a.y}L${b.x} ${b.y}`;
-      const width = 0.3 + (4.7 * Math.abs(weight)) / largest;
-      const line = drawn(svg, 'path', { d: way, class: weight < 0 ? 'line minus' : 'line plus', 'stroke-width': width.toFixed(2) });
+      /** @param {number} strength of a synapse that learns; 1 of others */
+      const wide = (strength) => (0.3 + (4.7 * Math.abs(weight) * strength) / largest).toFixed(2);
+      const path = drawn(svg, 'path', { d: way, class: weight < 0 ? 'line minus' : 'line plus', 'stroke-width': wide(1) });
       const gates = weights.length > 1 ? ['input gate ', 'forget gate ', 'output gate ', 'candidate '] : [''];
       const values = weights.map((value, index) => gates[index] + decimal(value)).join(', ');
-      told.set(line, () => `${nodes[from].name}${back ? ' (cycle before)' : ''} to ${nodes[to].name}: ${values}`);
-      return line;
+      told.set(path, (now) => {
+        const learnt = !learns ? '' : ` by ${learns.rule}, rate ${decimal(learns.rate)}${now ? `, times strength ${decimal(now.reading(learns.strength))}` : ''}`;
+        return `${nodes[from].name}${back ? ' (cycle before)' : ''} to ${nodes[to].name}: ${values}${learnt}`;
+      });
+      return { path, learns, wide };
     });
     this.discs = nodes.map((node, index) => {
       const { x, y } = places[index];
@@ -107,9 +111,9 @@ class NetworkDiagram {
       }
       told.set(group, (now) => (now ? `${node.name}: ${decimal(this.values(now)[index])}` : node.name));
       // Its own lines stand out.
-      const ends = drawnLines.filter((_, line) => lines[line].from === index || lines[line].to === index);
-      group.addEventListener('pointerenter', () => ends.forEach((line) => line.classList.add('near')));
-      group.addEventListener('pointerleave', () => ends.forEach((line) => line.classList.remove('near')));
+      const ends = this.lines.filter((_, line) => lines[line].from === index || lines[line].to === index);
+      group.addEventListener('pointerenter', () => ends.forEach(({ path }) => path.classList.add('near')));
+      group.addEventListener('pointerleave', () => ends.forEach(({ path }) => path.classList.remove('near')));
       return disc;
     });
     /** The value at which a disc is full. */
@@ -146,6 +150,9 @@ class NetworkDiagram {
       setAttribute(disc, 'class', share < 0 ? 'minus' : 'plus');
       setAttribute(disc, 'fill-opacity', Math.min(Math.abs(share), 1).toFixed(2));
     });
+    for (const { path, learns, wide } of this.lines) {
+      if (learns) setAttribute(path, 'stroke-width', wide(now ? now.reading(learns.strength) : 1));
+    }
   }
 }
 

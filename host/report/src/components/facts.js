@@ -96,7 +96,8 @@ import { element } from './dom.js';
  * @property {number} zero the value at which it is empty
  */
 
-/** @typedef {{ from: number, to: number, back: boolean, weights: number[] }} NetworkLine the last weight is its width */
+/** @typedef {{ strength: number, rule: string, rate: number }} Learns how a synapse changes; its strength is this reading */
+/** @typedef {{ from: number, to: number, back: boolean, weights: number[], learns?: Learns }} NetworkLine the last weight is its width */
 /** @typedef {[string, string]} Named a name, and what it means */
 /** @typedef {{ kind: 'network', nodes: NetworkNode[], lines: NetworkLine[] }} NetworkFacts */
 /** @typedef {{ kind: 'machine', states: Named[], arrows: [number, number, string, string][] }} MachineFacts */

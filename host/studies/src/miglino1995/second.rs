@@ -1,6 +1,6 @@
-//! The second and the third edition of the study: contrasts of conditions, of collision rules and of readings of equation 1, from the
-//! tables of their sweeps, judged as `studies/preregistration-1995-second.md` and `-third.md` say. `studies/recompute.py` does the same
-//! with other software.
+//! The second and the third edition of the study, and plastic controllers: contrasts of conditions, of collision rules, of readings of
+//! equation 1 and of controllers, from the tables of their sweeps, judged as `studies/preregistration-1995-second.md`, `-third.md` and
+//! `-plastic.md` say. `studies/recompute.py` does the same with other software.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -94,7 +94,7 @@ impl Run {
 pub(super) type Trio = [Run; 3];
 /// A robot and a seed of it.
 type Key = (String, u64);
-/// The runs of one collision rule, and one reading of equation 1, at one severity.
+/// The runs of one collision rule, and one reading of equation 1 or one controller, at one severity.
 pub(super) type Runs = BTreeMap<Key, Trio>;
 
 /// The same while some conditions may be missing.
@@ -223,10 +223,12 @@ static OF_RULES: [Contrast<[Trio; 2]>; 6] = [
     }),
 ];
 
-/// The reading of equation 1 that both earlier editions have, with which others are compared.
-const READING: &str = "unsigned root";
+/// What a sweep may vary beside the collision rule: the reading of equation 1, and the controller.
+const VARIED: [&str; 3] = ["task.speed", "task.difference", "controller.layers.0.kind"];
+/// The reading that both earlier editions have, and the controller that does not learn, with which others are compared.
+const BASES: [&str; 2] = ["unsigned root", "elman"];
 
-/// The contrasts of a reading of equation 1 and [`READING`], a family for each rule and severity.
+/// The contrasts of a reading or a controller and its base, a family for each rule and severity.
 static OF_READINGS: [Contrast<[Trio; 2]>; 6] = [
     above("gap none", &[], |pair| of_second(pair, |[none, ..]| none.gap())),
     above("gap conservative", &[], |pair| of_second(pair, OF_CONDITIONS[2].of)),
@@ -323,12 +325,12 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
         ),
         Column::text(
             "rule",
-            "the simulator's collision rule, with the reading of equation 1 (its V and its DV) if the sweep varies it; of two, what the second \
-             changes: `slide - undo`, or `signed square - unsigned root`",
+            "the simulator's collision rule, with the reading of equation 1 (its V and its DV) or the controller if the sweep varies it; of two, \
+             what the second changes: `slide - undo`, `signed square - unsigned root`, or `plastic - elman`",
         ),
         Column::text(
             "contrast",
-            "what is compared, see studies/preregistration-1995-second.md and -third.md",
+            "what is compared, see studies/preregistration-1995-second.md, -third.md and -plastic.md",
         ),
         Column::text("claims", "the claims that it belongs to"),
     ];
@@ -361,7 +363,7 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
 const SEVERITY: Column = Column::text("severity", "the severity of reality");
 const RULE: Column = Column::text(
     "rule",
-    "the simulator's collision rule, with the reading of equation 1 (its V and its DV) if the sweep varies it",
+    "the simulator's collision rule, with the reading of equation 1 (its V and its DV) or the controller if the sweep varies it",
 );
 
 static CLAIM_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| [&[SEVERITY, RULE][..], &contrasts::CLAIM].concat());
@@ -495,9 +497,12 @@ impl Tables {
                 compared(&what, [&undo, slide], &OF_RULES)?;
             }
             for cell in cells {
-                if let Some((rule, reading)) = cell.split_once(' ').filter(|(_, reading)| *reading != READING) {
-                    let what = format!("{rule} {reading} - {READING}");
-                    compared(&what, [&format!("{rule} {READING}"), cell], &OF_READINGS)?;
+                let Some((rule, own)) = cell.split_once(' ').filter(|(_, own)| !BASES.contains(own)) else {
+                    continue;
+                };
+                for base in BASES {
+                    let what = format!("{rule} {own} - {base}");
+                    compared(&what, [&format!("{rule} {base}"), cell], &OF_READINGS)?;
                 }
             }
         }
@@ -596,8 +601,8 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         let severity = row.cell("reality.severity")?;
         let motion = row.find(MOTION).unwrap_or(severity);
         let [mut rule, robot] = [row.cell("robot.collision")?, row.cell("reality.robot")?].map(str::to_owned);
-        for reading in ["task.speed", "task.difference"].iter().filter_map(|key| row.find(key)) {
-            rule = [&rule, " ", reading].concat();
+        for value in VARIED.iter().filter_map(|key| row.find(key)) {
+            rule = [&rule, " ", value].concat();
         }
         if row.find("noise.sensor").is_none() && row.find(MOTION).is_some() {
             let severities = [severity, motion].map(str::to_owned);

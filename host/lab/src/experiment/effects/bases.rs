@@ -49,6 +49,7 @@ const WRITTEN: &[(&str, &str)] = &[
     ("sampled from reality", FROM_REALITY),
     ("preset", PRESET),
     ("parametric", PARAMETRIC),
+    ("learning network", LEARNING),
     ("picture", PICTURE),
     ("sampled wheels", SAMPLED_WHEELS),
     ("parametric surrogate", PARAMETRIC_SURROGATE),
@@ -528,6 +529,20 @@ generations = 2
 finalists = 0
 initial = [-3, 3]
 initial_shares = []
+";
+
+const LEARNING: &str = "
+cycles = 200
+[controller]
+kind = 'network'
+outputs = 'first_two'
+layers = [{ kind = 'plastic', units = 2, slope = 1.5, initial_strengths = [0.1, 0.6] }]
+[evolution]
+population = 4
+parents = 2
+generations = 2
+finalists = 0
+initial = [-10, 10]
 ";
 
 const PICTURE: &str = "

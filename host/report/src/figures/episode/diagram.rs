@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use oneiro::automode::{Behaviour, Condition, Form, Machine, MachineState, Tree};
 use oneiro::exact::{exponential, logarithm};
-use oneiro::network::{Activation, Layer, LayerKind, Outputs, TIME_CONSTANTS};
+use oneiro::network::{Activation, Layer, LayerKind, Outputs, TIME_CONSTANTS, rule};
 use oneiro::parameter::Choice;
 use oneiro::world::{Controller, World};
 use serde_json::{Value, json};
@@ -246,7 +246,9 @@ impl<'a> Layers<'a> {
             LayerKind::Dense => None,
             LayerKind::Ctrnn => Some(format!("controller.layer_{layer}_state_{unit}")),
             _ if layer == self.outputs => Some(SPEEDS[unit as usize].to_owned()),
-            LayerKind::Elman | LayerKind::Lstm => Some(format!("controller.layer_{layer}_unit_{unit}")),
+            LayerKind::Elman | LayerKind::Lstm | LayerKind::Plastic => {
+                Some(format!("controller.layer_{layer}_unit_{unit}"))
+            }
         }
     }
 }
@@ -271,7 +273,7 @@ fn network(world: &World, genes: &[f32], readings: &[&str], inputs: usize) -> Op
         let kind = layer.kind;
         let range = match kind {
             LayerKind::Dense | LayerKind::Elman => layer.activation.unwrap_or_default(),
-            LayerKind::Ctrnn => Activation::Logistic,
+            LayerKind::Ctrnn | LayerKind::Plastic => Activation::Logistic,
             LayerKind::Lstm => Activation::Tanh,
         };
         let mut units = Vec::new();
@@ -297,14 +299,29 @@ fn network(world: &World, genes: &[f32], readings: &[&str], inputs: usize) -> Op
             };
             units.push((drawn.add(node), name));
         }
-        for (unit, name) in &units {
+        for (number, (unit, name)) in units.iter().enumerate() {
             let ended = |from: String| sums(kind).iter().map(move |ending| format!("{from}{ending}"));
+            let first = drawn.lines.len();
             for (from, source) in &sources {
                 drawn.line(*from, *unit, false, ended(format!("{source}_to_{name}")))?;
             }
             let before = if index == layers.outputs { "previous_" } else { "" };
             for (from, other) in units.iter().filter(|_| kind != LayerKind::Dense) {
                 drawn.line(*from, *unit, true, ended(format!("{before}{other}_to_{name}")))?;
+            }
+            if kind == LayerKind::Plastic {
+                let synapses = sources.len() + units.len();
+                for (synapse, (_, source)) in sources.iter().chain(&units).enumerate() {
+                    let strength = format!("controller.layer_{index}_strength_{}", number * synapses + synapse);
+                    let strength = readings.iter().position(|name| *name == strength)?;
+                    let rule = rule(drawn.genes.remove(&*format!("rule_{source}_to_{name}"))?);
+                    let rate = drawn
+                        .genes
+                        .remove(&*format!("rate_{source}_to_{name}"))?
+                        .clamp(0.0, 1.0);
+                    drawn.lines[first + synapse]["learns"] =
+                        json!({ "strength": strength, "rule": rule.word(), "rate": rate });
+                }
             }
             if layer.biases.unwrap_or(true) {
                 let weight = drawn.line(bias, *unit, false, ended(format!("bias_{name}")))?;

@@ -48,7 +48,7 @@ fn layer(kind: LayerKind, units: u32) -> Layer {
 }
 
 /// Networks of all kinds.
-fn networks() -> [Controller; 7] {
+fn networks() -> [Controller; 8] {
     let tanh = Some(Activation::Tanh);
     [
         Controller::Perceptron,
@@ -85,6 +85,11 @@ fn networks() -> [Controller; 7] {
                 ..layer(LayerKind::Elman, 3)
             }],
             outputs: Some(Outputs::FirstTwo),
+            ..Network::default()
+        }),
+        Controller::Network(Network {
+            layers: vec![layer(LayerKind::Plastic, 3)],
+            activation: tanh,
             ..Network::default()
         }),
     ]
@@ -137,6 +142,43 @@ fn a_browser_computes_the_speeds_that_wheels_had() {
     }
 }
 
+/// A synapse that learns is as wide as its weight at the time, and says its strength.
+#[test]
+fn a_browser_shows_strengths_as_they_are_learnt() {
+    let spec = exact(Controller::Network(Network {
+        layers: vec![Layer {
+            initial_strengths: Some([0.2, 0.9]),
+            ..layer(LayerKind::Plastic, 2)
+        }],
+        ..Network::default()
+    }));
+    let mut genes = genes(&spec);
+    genes.fill(1.0);
+    let life = Life::of(spec, &genes);
+    let ask = "\
+        const line = document.querySelector('#diagram .line');\n\
+        const told = () => {\n\
+            line.dispatchEvent(new PointerEvent('pointerover', { bubbles: true }));\n\
+            return document.getElementById('diagram-told').textContent; };\n\
+        return [0, 4.2].map((time) => { window.oneiro.drawn(time); return [Number(line.getAttribute('stroke-width')), told()]; });";
+    let Some(told) = browser::told("network-learns", &life.page(), ask) else {
+        return;
+    };
+    let [first, later] = [0, 1].map(|at| {
+        let said = told[at][1].as_str().unwrap();
+        assert!(
+            said.starts_with("left_eye to layer_0_unit_0: 1.000 by the covariance rule, rate 1.000, times strength "),
+            "{said}"
+        );
+        let strength: f64 = said.rsplit(' ').next().unwrap().parse().unwrap();
+        let width = told[at][0].as_f64().unwrap();
+        // Lines are from 0.3 to 5 wide, here of the weights 0 and 1.
+        assert!((width - (0.3 + 4.7 * strength)).abs() < 0.01, "{width}, {said}");
+        strength
+    });
+    assert!((first - later).abs() > 0.05, "{first}, {later}");
+}
+
 /// The diagram of a controller in its world.
 fn of(spec: &WorldSpec, genes: &[f32]) -> Option<Value> {
     let life = Life::of(spec.clone(), genes);
@@ -154,7 +196,10 @@ fn a_networks_lines_have_all_weights() {
         let spec = exact(controller);
         let drawn = of(&spec, &genes(&spec)).unwrap();
         let lines = drawn["lines"].as_array().unwrap().iter();
-        let weights: usize = lines.map(|line| line["weights"].as_array().unwrap().len()).sum();
+        // A synapse that learns has a rule and a rate.
+        let genes_of =
+            |line: &Value| line["weights"].as_array().unwrap().len() + if line["learns"].is_null() { 0 } else { 2 };
+        let weights: usize = lines.map(genes_of).sum();
         let nodes = drawn["nodes"].as_array().unwrap().iter();
         let times = nodes.filter(|node| node["name"].as_str().unwrap().contains("time constant"));
         assert_eq!(weights + times.count(), genes(&spec).len());
