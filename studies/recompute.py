@@ -65,8 +65,9 @@ OF_RULES = [
     ("gap sensor - none", lambda u, s: OF_CONDITIONS[0][3](s) - OF_CONDITIONS[0][3](u)),
     ("gap none - conservative", lambda u, s: OF_CONDITIONS[1][3](s) - OF_CONDITIONS[1][3](u)),
 ]
-# Of a reading of equation 1 and the one that earlier editions have.
-READING = "unsigned root"
+# What a sweep may vary beside the collision rule: of a reading of equation 1 and the one that earlier editions have, and of a controller and the one that does not learn.
+VARIED = ["task.speed", "task.difference", "controller.layers.0.kind"]
+BASES = ["unsigned root", "elman"]
 OF_READINGS = [
     ("gap none", lambda e, o: o.gap["none"] - e.gap["none"]),
     ("gap conservative", lambda e, o: o.gap["conservative"] - e.gap["conservative"]),
@@ -83,9 +84,9 @@ def read(tables):
     if "reality.motion_severity" in runs:
         motion = runs["reality.motion_severity"].map(repr)
         runs["severity"] = np.where(motion == runs.severity, runs.severity, runs.severity + "/" + motion)
-    for reading in ["task.speed", "task.difference"]:
-        if reading in runs:
-            runs["rule"] += " " + runs[reading]
+    for varied in VARIED:
+        if varied in runs:
+            runs["rule"] += " " + runs[varied]
     quiet, still = runs["noise.sensor"] == "[0.0, 0.0]", runs["noise.walk_range_mm"] == 0
     assert (quiet | still).all(), "a run has both kinds of noise"
     runs["noise"] = np.select([quiet & still, still], ["none", "sensor"], "conservative")
@@ -266,11 +267,11 @@ def judged(runs):
             cells.append((severity, rule, noise, len(of_noise), *means, d.mean(), stats.sem(d), *paths))
     pairs = []
     for severity, cell in wide:
-        rule, _, reading = cell.partition(" ")
+        rule, _, own = cell.partition(" ")
         if rule == "slide":
             pairs.append((severity, cell.replace("slide", "slide - undo"), cell.replace("slide", "undo"), cell, OF_RULES))
-        if reading not in ["", READING]:
-            pairs.append((severity, f"{cell} - {READING}", f"{rule} {READING}", cell, OF_READINGS))
+        if own not in ["", *BASES]:
+            pairs.extend((severity, f"{cell} - {base}", f"{rule} {base}", cell, OF_READINGS) for base in BASES)
     for severity, what, first, second, compared in pairs:
         if (severity, first) in wide:
             first, second = wide[severity, first], wide[severity, second]
