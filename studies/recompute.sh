@@ -42,15 +42,21 @@ same() { recompute "$@" | tee "$scratch/printed"; tail -n 1 "$scratch/printed" |
 say "studies/recompute.py"
 same "$scratch/judged" "$scratch/0.5" "$scratch/1" || fail "it differs from the program"
 
-say "a small sweep of the third edition"
-sed -e 's|"\.\./\.\./\.\.|"'"$PWD"'|; s/^seeds = .*/seeds = "1..4"/; /"surrogate:[0-9]*", "surr/d' \
-    -e 's/^reality.robot = \[/&"surrogate:101", "surrogate:102", "surrogate:103"/' \
-    -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
-    -e '/^evolution.finalists/d; s/^reality.generations.*/reality.generations = 3/' studies/miglino1995/third/severity-0.5.toml >"$scratch/third.toml"
-oneiro sweep run "$scratch/third.toml" --out "$scratch/third" --quiet >/dev/null
-oneiro reproduce miglino1995 --sweeps "$scratch/third" --out "$scratch/judged-third" >/dev/null
-[ "$(cut -d, -f2 "$scratch/judged-third/contrasts.csv" | sort -u | wc -l)" = 19 ] || fail "not 8 cells, 4 pairs of rules and 6 of readings are judged"
-same "$scratch/judged-third" "$scratch/third" || fail "it judges the third edition otherwise than the program"
+# small STUDY PARTS WHAT: a small sweep of a later study at severity 0.5, judged in so many parts.
+small() {
+    say "a small sweep of studies/miglino1995/$1"
+    sed -e 's|"\.\./\.\./\.\.|"'"$PWD"'|; s|^experiment = "experiment|experiment = "'"$PWD/studies/miglino1995/$1"'/experiment|' \
+        -e 's/^seeds = .*/seeds = "1..4"/; /"surrogate:[0-9]*", "surr/d' \
+        -e 's/^reality.robot = \[/&"surrogate:101", "surrogate:102", "surrogate:103"/' \
+        -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+        -e '/^evolution.finalists/d; s/^reality.generations.*/reality.generations = 3/' "studies/miglino1995/$1/severity-0.5.toml" >"$scratch/$1.toml"
+    oneiro sweep run "$scratch/$1.toml" --out "$scratch/$1" --quiet >/dev/null
+    oneiro reproduce miglino1995 --sweeps "$scratch/$1" --out "$scratch/judged-$1" >/dev/null
+    [ "$(tail -n +2 "$scratch/judged-$1/contrasts.csv" | cut -d, -f2 | sort -u | wc -l)" = "$2" ] || fail "not $3 are judged"
+    same "$scratch/judged-$1" "$scratch/$1" || fail "it judges studies/miglino1995/$1 otherwise than the program"
+}
+small third 18 "8 cells, 4 pairs of rules and 6 of readings"
+small plastic 3 "2 controllers and their pair"
 
 say "the same with effects: sensor noise made better in the simulator, conservative noise worse in the last generation"
 # Columns are counted from the right, since text before them is quoted.
