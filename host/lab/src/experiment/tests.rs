@@ -1437,7 +1437,8 @@ fn the_controllers_of_the_documents_are_taken() {
     let genes = examples.map(|example| read(&scratch, example, &[]).unwrap().world().genes());
     let ctrnn = 5 * (8 + 5 + 2) + 2 * 6;
     let elman = 4 * (8 + 4 + 1) + 2 * 5;
-    assert_eq!(genes.collect::<Vec<_>>(), [ctrnn, 18, elman]);
+    let plastic = 2 * (3 * (8 + 2) + 1);
+    assert_eq!(genes.collect::<Vec<_>>(), [ctrnn, 18, elman, plastic]);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use oneiro::swarm::SECOND;
 use oneiro_base::contents::{Column, OutcomeColumn, head};
 use oneiro_report::numbers::fixed;
 
+use super::measures::MINUTE;
 use super::on_board::OnBoard;
 use super::record::{RobotInterval, Run};
 use super::settings::Settings;
@@ -120,7 +121,7 @@ pub(crate) static PAIRS_COLUMNS: [Column; 9] = [
 type Outcome = OutcomeColumn<fn(&Lived<'_>) -> String>;
 
 /// A run's values in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
-static OUTCOMES: [Outcome; 21] = [
+static OUTCOMES: [Outcome; 22] = [
     OutcomeColumn::new(
         Column::whole("brought", "items", "food that all robots brought"),
         |own| own.run.total().to_string(),
@@ -263,12 +264,23 @@ static OUTCOMES: [Outcome; 21] = [
         ),
         |own| fixed(own.area(), 6),
     ),
+    OutcomeColumn::new(
+        Column::number(
+            "matched_min",
+            "min",
+            "the time when at least half of the simulators had the light in its true position, over five intervals, for the first time; the whole time if they never did",
+        ),
+        |own| fixed(own.matched(), 6),
+    ),
 ];
 
 /// The columns of a run's values in a sweep's table of results.
 pub fn outcomes() -> Vec<Column> {
     OUTCOMES.iter().map(|outcome| outcome.column.clone()).collect()
 }
+
+/// Intervals over which simulators must match reality: fewer would take chance for a match.
+const MATCHED_INTERVALS: usize = 5;
 
 /// Seconds of a bin of the paper's Figure 5.
 const BIN: usize = 250;
@@ -414,6 +426,21 @@ impl Lived<'_> {
         let brought = &self.run.brought[seconds];
         let food: f64 = brought.iter().copied().map(f64::from).sum();
         60.0 * food / (brought.len() as f64 * f64::from(self.settings.world.robots))
+    }
+
+    /// Minutes until the mean fraction of right simulators over [`MATCHED_INTERVALS`] is one half.
+    fn matched(&self) -> f64 {
+        let is_matched = |end: &usize| {
+            let intervals = end - MATCHED_INTERVALS..*end;
+            let right = intervals.map(|interval| {
+                let light = self.settings.case.light_in(interval, self.moves());
+                self.run.share(light, interval..interval + 1)
+            });
+            right.sum::<f64>() >= 0.5 * MATCHED_INTERVALS as f64
+        };
+        let end = (MATCHED_INTERVALS..=self.intervals()).find(is_matched);
+        let seconds = end.map_or(self.seconds(), |end| end * self.settings.clock.interval_s as usize);
+        seconds as f64 / MINUTE as f64
     }
 
     fn area(&self) -> f64 {

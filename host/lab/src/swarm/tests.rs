@@ -315,6 +315,29 @@ fn interventions_set_what_they_say() {
     assert_eq!(sorted(&evolved.intervals[0]), sorted(&shuffled.intervals[0]));
 }
 
+/// Simulators match when half of them are right over five intervals; if they never do, the whole time counts.
+#[test]
+fn the_time_to_a_match_is_that_worked_out_by_hand() {
+    let plan_of = |kind| plan(Case::Over, kind);
+    let minutes = |run: &Run| -> f64 {
+        let all = run.outcomes(&plan_of(Kind::Evolved).settings);
+        let found = all.iter().find(|(name, _)| **name == *"matched_min");
+        found.unwrap().1.parse().unwrap()
+    };
+    let right = run_alone(plan_of(Kind::SimulatorRight));
+    let mut run = run_alone(plan_of(Kind::SimulatorWrong));
+    assert_eq!((minutes(&right), minutes(&run)), (5.0, 5.0));
+    let (wrong, right) = (run.intervals[0].clone(), &right.intervals[0]);
+    // Two of five intervals and half of the robots in a third.
+    let mut half = wrong.clone();
+    half[..3].clone_from_slice(&right[..3]);
+    run.intervals = [vec![wrong; 4], vec![right.clone(); 2], vec![half; 2]].concat();
+    run.brought.resize(8 * 60, 0);
+    assert_eq!(minutes(&run), 7.0);
+    run.intervals.truncate(6);
+    assert_eq!(minutes(&run), 8.0);
+}
+
 /// Where simulators are set by the experimenter, no credit is compared. Where they evolve, credit matters, unless controllers act
 /// in the interval in which they were chosen.
 #[test]
