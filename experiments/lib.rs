@@ -106,6 +106,15 @@ pub static EXAMPLES: &[Example] = &[
         ],
     },
     Example {
+        name: "light-switching",
+        about: "a Khepera learns within each episode to switch a lamp on and to stay under it",
+        files: &[
+            file!("light-switching.toml"),
+            file!("light-switching/sensors.wgsl"),
+            file!("light-switching/task.wgsl"),
+        ],
+    },
+    Example {
         name: "road-sign",
         about: "a Khepera passes a lamp in a corridor, and turns to the lamp's side at the end",
         files: &[

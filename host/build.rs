@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
+/// Names the commit of sources without a repository, such as Python's.
+const GIVEN: &str = "ONEIRO_BUILT_FROM";
+
 fn main() {
     // Files that determine the commit, and whether the build differs from it.
     let fixed = ["build.rs", "src", "../src", "../shaders", "../.git/logs/HEAD"].map(PathBuf::from);
@@ -35,9 +38,13 @@ fn is_for_robot() -> bool {
     is_linux && profile.is_some_and(|profile| profile == "robot")
 }
 
-/// The commit that is checked out, or that the package was made from; `-modified` if the files are not its own. Nothing where there is no
-/// repository.
+/// The commit that whoever builds gives, that is checked out, or that the package was made from; `-modified` if the files are not its own.
+/// Nothing where there is no repository.
 fn commit() -> Option<String> {
+    println!("cargo::rerun-if-env-changed={GIVEN}");
+    if let Ok(given) = env::var(GIVEN) {
+        return Some(given);
+    }
     // Cargo writes the first of these files into packages, and the second into those made from a repository.
     if Path::new("Cargo.toml.orig").exists() {
         let origin = fs::read_to_string(".cargo_vcs_info.json").ok()?;

@@ -18,6 +18,8 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 packages=$(realpath -m "${ONEIRO_PACKAGES:-$scratch/packages}")
 mkdir -p "$packages"
+# Sources without a repository don't know their commit.
+commit=$(git rev-parse --short=12 HEAD)
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 golden=$(sed -n 's/^result  *//p' README.md)
 [ -n "$golden" ] || fail "the README shows no result"
@@ -33,6 +35,7 @@ first() {
         env -i HOME="$scratch" PATH=/usr/bin:/bin "$@" run khepera-avoidance.toml --seed 1 2>&1) || fail "$way: $result"
     took=$(echo "($EPOCHREALTIME - $began + ${installed:-0}) / 1" | bc)
     [[ $result =~ result\ +$golden ]] || fail "$way: the result is not $golden: $result"
+    [ -n "${ONEIRO_BUILT:-}" ] || grep -q "$commit" "$scratch/installed-$way/runs/khepera-avoidance-1/meta.json" || fail "$way: runs don't say their commit"
     table+=("$(printf '%-20s %12s %8s' "$way" "$bytes" "$took")")
 }
 
@@ -84,7 +87,6 @@ crates() {
     installed="($EPOCHREALTIME - $began)"
     cp "$folder/from-packages/debug/oneiro" "$scratch/oneiro"
     first crates "$(stat -c %s "$scratch/packed/package/oneiro-$version.crate")" "$scratch/oneiro"
-    grep -q "$(git rev-parse --short=12 HEAD)" "$scratch/installed-crates/runs/khepera-avoidance-1/meta.json" || fail "its runs don't say its commit"
 
     say "the library alone"
     mkdir -p "$scratch/user/src"
@@ -147,7 +149,7 @@ wheel() {
     if [ -n "${ONEIRO_BUILT:-}" ]; then
         cp "$ONEIRO_BUILT"/*.whl "$packages/"
     else
-        (cd "$source" && PATH=$tools/bin:$PATH maturin build --release --zig --compatibility manylinux_2_28 \
+        (cd "$source" && ONEIRO_BUILT_FROM=$commit PATH=$tools/bin:$PATH maturin build --release --zig --compatibility manylinux_2_28 \
             --interpreter python3.10 --out "$packages" --target-dir "$folder/wheel" >"$scratch/log" 2>&1) || fail "$(cat "$scratch/log")"
     fi
     wheel=$(echo "$packages/oneiro-$version"-cp310-abi3-manylinux_2_28_x86_64*.whl)
@@ -208,7 +210,7 @@ archive() {
     if [ -n "${ONEIRO_BUILT:-}" ]; then
         command install -D "$ONEIRO_BUILT/oneiro" "$program"
     else
-        (cd "$source" && PATH=$tools/bin:$PATH cargo zigbuild --release --target x86_64-unknown-linux-gnu.2.28 -p oneiro-host --no-default-features \
+        (cd "$source" && ONEIRO_BUILT_FROM=$commit PATH=$tools/bin:$PATH cargo zigbuild --release --target x86_64-unknown-linux-gnu.2.28 -p oneiro-host --no-default-features \
             --features film,gpu,mimalloc,native,parquet,twin --target-dir "$folder/wheel" >"$scratch/log" 2>&1) || fail "$(cat "$scratch/log")"
         command install -D "$folder/wheel/x86_64-unknown-linux-gnu/release/oneiro" "$program"
     fi

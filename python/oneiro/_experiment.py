@@ -57,7 +57,7 @@ def whole(name: str, value: Any, least: int = 0) -> int:
 
 
 class Table(Protocol):
-    """Columns by their names: a data frame, a structured array, or a mapping of arrays."""
+    """Columns by their names: a data frame or a row of one, a structured array, or a mapping of arrays."""
 
     def __getitem__(self, name: Any, /) -> Any: ...
 
@@ -68,7 +68,9 @@ def in_order(exp: Experiment, genomes: ArrayLike | Table) -> NDArray[np.float32]
 
     names: Any = getattr(getattr(genomes, "dtype", None), "names", None)
     if names is None:
-        names = genomes.keys() if isinstance(genomes, Mapping) else getattr(genomes, "columns", None)
+        # Mappings and the rows and frames of pandas have keys.
+        keys = getattr(genomes, "keys", None)
+        names = keys() if callable(keys) else getattr(genomes, "columns", None)
     if names is None:
         return np.ascontiguousarray(genomes, dtype=np.float32)
     names = list(names)

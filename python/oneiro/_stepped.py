@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import gymnasium
 import numpy as np
@@ -17,10 +17,21 @@ if TYPE_CHECKING:
 
     from ._native import Experiment
 
+Seeds: TypeAlias = "int | list[int | None] | tuple[int | None, ...] | NDArray[np.integer[Any]] | None"
+"""One seed, or one for each episode."""
 MOTORS = 2
 """Commands of an action."""
 GREATEST_READING = 1000.0
-"""Readings of custom sensors are clipped to this magnitude."""
+"""Readings of custom sensors are clipped to this magnitude; those of reference models that aren't from 0 to 1 are smaller."""
+
+
+def autoreset(mode: str | AutoresetMode) -> AutoresetMode:
+    """The mode of this name or value."""
+    named = {str(own.value): own for own in AutoresetMode} | {own.name: own for own in AutoresetMode}
+    found = mode if isinstance(mode, AutoresetMode) else named.get(mode) if isinstance(mode, str) else None
+    if found is None:
+        raise InputError(f"autoreset_mode: is {mode!r}; allowed: {', '.join(own.value for own in AutoresetMode)}")
+    return found
 
 
 class Episodes:
@@ -33,7 +44,7 @@ class Episodes:
         self.count = count
         self.robots = self.native.robots
         self.names = self.native.names
-        self.mode = AutoresetMode(mode)
+        self.mode = autoreset(mode)
         self.seeds: NDArray[np.uint64] | None = None
         # For each episode the number of the genome, and its own.
         self.numbers = np.zeros((count, 2), np.uint64)
@@ -44,10 +55,9 @@ class Episodes:
 
     def spaces(self) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
         """Space of a robot's observations, and of its actions."""
-        bounded = self.native.bounded
-        own = len(self.names) - bounded
-        low = np.array([0.0] * bounded + [-GREATEST_READING] * own, np.float32)
-        high = np.array([1.0] * bounded + [GREATEST_READING] * own, np.float32)
+        bounded = np.array(self.native.bounded, bool)
+        low = np.where(bounded, np.float32(0), np.float32(-GREATEST_READING))
+        high = np.where(bounded, np.float32(1), np.float32(GREATEST_READING))
         return gymnasium.spaces.Box(low, high), gymnasium.spaces.Box(-1.0, 1.0, (MOTORS,), np.float32)
 
     def actions(self, actions: Any, shape: tuple[int, ...]) -> NDArray[Any]:
@@ -57,21 +67,28 @@ class Episodes:
             actions = actions.astype(np.float64)
         if actions.shape != shape:
             raise InputError(f"actions: have the shape {list(actions.shape)}; allowed: {list(shape)}")
+        # Not a number is no maximum either.
+        if not np.abs(actions).max(initial=0) <= 1:
+            wrong = np.argwhere(~np.isfinite(actions))
+            if len(wrong):
+                place = "".join(f"[{index}]" for index in wrong[0])
+                raise InputError(
+                    f"actions{place}: is {actions[tuple(wrong[0])]}; allowed: -1 to 1; beyond, numbers are clipped"
+                )
+            actions = np.clip(actions, -1, 1)
         return np.ascontiguousarray(actions).reshape(self.count, self.robots, MOTORS)
 
-    def reset(
-        self, seed: int | list[int | None] | tuple[int | None, ...] | None, options: dict[str, Any] | None
-    ) -> None:
+    def reset(self, seed: Seeds, options: dict[str, Any] | None) -> None:
         """Begins all episodes, or those of `options["reset_mask"]`."""
         mask = np.ones(self.count, bool)
+        known(options, ["reset_mask"])
         if options and "reset_mask" in options:
             mask = options["reset_mask"]
             if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.count,):
                 raise InputError(f"options: reset_mask isn't allowed; allowed: a boolean array, [{self.count}]")
             if not mask.any():
                 raise InputError("options: reset_mask is False throughout; allowed: at least one True")
-        new = self._seed(seed)
-        self.native.step(None, None, self._beginning(mask, new | ~self.begun))
+        self._begin(mask, *self._seeded(seed, mask))
         self.begun |= mask
         self._have_begun = bool(self.begun.all())
         self.done &= ~mask
@@ -87,7 +104,7 @@ class Episodes:
             native.step(None, actions, None)
         elif self.mode is AutoresetMode.NEXT_STEP:
             going = ~self.done
-            native.step(np.flatnonzero(going).astype(np.uintp), actions[going], self._beginning(self.done))
+            self._begin(self.done, *self._next(self.done), np.flatnonzero(going).astype(np.uintp), actions[going])
         else:
             raise InputError("step: some episodes have ended; allowed: after reset with options={'reset_mask': ..}")
         observations, rewards, fitness, cycles, ended = native.state()
@@ -107,37 +124,60 @@ class Episodes:
                 for episode in np.flatnonzero(done):
                     final[episode] = observations[episode].copy()
                 infos = {"final_obs": final, "_final_obs": done, "final_info": infos, "_final_info": done.copy()}
-                native.step(None, None, self._beginning(done))
+                self._begin(done, *self._next(done))
                 observations = native.state()[0]
                 self.done = np.zeros(self.count, bool)
         return observations, rewards, ended, truncated, infos
 
-    def _seed(self, seed: int | list[int | None] | tuple[int | None, ...] | None) -> NDArray[np.bool_]:
-        """Sets the seeds of the next episodes. Returns which are new; the others continue with their next episode."""
-        new = np.zeros(self.count, bool)
+    def _seeded(self, seed: Seeds, mask: NDArray[np.bool_]) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
+        """Seeds and numbers with which the episodes of a mask begin: first ones if they have a new seed, else next ones."""
         if self.seeds is None:
             self.seeds = np.random.default_rng().integers(2**63, size=self.count, dtype=np.uint64)
-            self.numbers[:, 1] = 0
-            new[:] = True
-        if seed is None:
-            return new
+        seeds, numbers = self.seeds.copy(), self.numbers.copy()
+        new = np.zeros(self.count, bool)
+        if isinstance(seed, np.ndarray):
+            seed = seed.tolist()
         if isinstance(seed, (list, tuple)):
             if len(seed) != self.count:
                 raise InputError(f"seed: has {len(seed)} seeds; allowed: {self.count}, or one")
             for episode, own in enumerate(seed):
                 if own is not None:
-                    self.seeds[episode] = whole("seed", own)
-                    self.numbers[episode] = 0
+                    seeds[episode] = whole("seed", own)
+                    numbers[episode] = 0
                     new[episode] = True
-            return new
-        self.seeds[:] = whole("seed", seed)
-        self.numbers[:, 0] = np.arange(self.count)
-        self.numbers[:, 1] = 0
-        new[:] = True
-        return new
+        elif seed is not None:
+            seeds[:] = whole("seed", seed)
+            numbers[:, 0] = np.arange(self.count)
+            numbers[:, 1] = 0
+            new[:] = True
+        numbers[self.begun & ~new, 1] += np.uint64(1)
+        # Episodes that go on keep theirs.
+        return np.where(mask, seeds, self.seeds), np.where(mask[:, None], numbers, self.numbers)
 
-    def _beginning(self, which: NDArray[np.bool_], new: NDArray[np.bool_] | None = None) -> _native.Beginning:
-        """What begins episodes: new ones by their seeds, the others with their next number."""
+    def _next(self, which: NDArray[np.bool_]) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
+        """Seeds, and numbers of which some are the next."""
         assert self.seeds is not None
-        self.numbers[which if new is None else which & ~new, 1] += np.uint64(1)
-        return np.flatnonzero(which).astype(np.uintp), self.seeds[which], self.numbers[which]
+        numbers = self.numbers.copy()
+        numbers[which, 1] += np.uint64(1)
+        return self.seeds, numbers
+
+    def _begin(
+        self,
+        which: NDArray[np.bool_],
+        seeds: NDArray[np.uint64],
+        numbers: NDArray[np.uint64],
+        going: NDArray[np.uintp] | None = None,
+        actions: NDArray[Any] | None = None,
+    ) -> None:
+        """Begins episodes, and steps those that go on. What is refused changes nothing."""
+        self.native.step(going, actions, (np.flatnonzero(which).astype(np.uintp), seeds[which], numbers[which]))
+        self.seeds, self.numbers = seeds, numbers
+
+
+def known(options: dict[str, Any] | None, allowed: list[str]) -> None:
+    """Refuses options of a reset that have no effect."""
+    if options is not None and not isinstance(options, dict):
+        raise InputError(f"options: is {options!r}; allowed: a dictionary")
+    for name in options or {}:
+        if name not in allowed:
+            raise InputError(f"options: {name} is unknown; allowed: {', '.join(allowed) or 'none'}")

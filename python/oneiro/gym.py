@@ -1,8 +1,8 @@
 """Environments for Gymnasium 1.1 and later.
 
 A step is a control cycle of 100 ms. An action commands the two motors, from -1, fastest backwards, to 1, fastest
-forwards; an observation is the robot's readings, as a controller gets them; the reward is the task's. The experiment's controller is
-not used. The task or an empty battery may end an episode early, which terminates it; after its last cycle it is truncated.
+forwards, beyond which actions are clipped; an observation is the robot's readings, as a controller gets them; the reward is the task's,
+or the change of its score if it has one (`task_score`). The experiment's controller is not used. The task or an empty battery may end an episode early, which terminates it; after its last cycle it is truncated.
 
 With the seed `s`, episode `j` of environment `i` is episode `j` of genome `i` in `oneiro.evaluate(exp, genomes, seed=s)`: a
 controller's outputs as actions, `2 * output - 1` in double precision, give the same bits of rewards and fitness. (Outputs below
@@ -24,7 +24,7 @@ from gymnasium.vector.utils import batch_space
 from . import _native
 from ._errors import InputError
 from ._native import Experiment
-from ._stepped import MOTORS, Episodes
+from ._stepped import MOTORS, Episodes, known
 
 if TYPE_CHECKING:
     import os
@@ -134,6 +134,7 @@ class Env(gymnasium.Env):
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins an episode: with a seed its first one, otherwise the next."""
         super().reset(seed=seed)
+        known(options, [])
         self._episodes.reset(seed, None)
         return self._episodes.native.state()[0][0, 0], {}
 

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.patches import Circle, Rectangle
 
 from ._errors import InputError
+from ._experiment import whole
 from ._runs import Run, Sweep
 
 if TYPE_CHECKING:
@@ -59,17 +60,24 @@ def arena(exp: Experiment, ax: Axes | None = None) -> Axes:
 def path(exp: Experiment, trace: ArrayLike, ax: Axes | None = None, *, length: int | None = None, **style: Any) -> Axes:
     """Draws the arena, and the way of a robot in it.
 
-    `trace` is that of an episode, such as `outcome.traces[0, 0]` with the `length` `outcome.lengths[0, 0]`, or `[cycles, 2]` or
-    `[cycles, 3]` positions or poses in mm. `style` is of Matplotlib's `plot`.
+    `trace` is that of an episode, such as `outcome.traces[0, 0]`, or `[cycles, 2]` or `[cycles, 3]` positions or poses in mm. `length` is
+    the number of cycles to draw: by default all, of an episode's trace those before its end. `style` is of Matplotlib's `plot`.
     """
     places = np.asarray(trace)
     if places.dtype.names is not None:
         if places.ndim != 1 or not {"x_mm", "y_mm"} <= set(places.dtype.names):
             raise InputError(f"trace: has the shape {list(places.shape)}; allowed: one episode's, [cycles]")
+        if length is None:
+            # After an early end there are zeros.
+            lived = np.flatnonzero(places != np.zeros((), places.dtype))
+            length = int(lived[-1]) + 1 if len(lived) else None
         places = np.stack([places["x_mm"], places["y_mm"]], axis=1)
     if places.ndim != 2 or places.shape[1] not in (2, 3) or len(places) == 0:
         raise InputError(f"trace: has the shape {list(places.shape)}; allowed: a trace, [cycles, 2] or [cycles, 3]")
-    places = places[:length]
+    if length is not None:
+        if not 1 <= whole("length", length) <= len(places):
+            raise InputError(f"length: is {length}; allowed: 1 to {len(places)} cycles")
+        places = places[:length]
     ax = arena(exp, ax)
     (line,) = ax.plot(places[:, 0], places[:, 1], **{"linewidth": 1.0, "zorder": 3, **style})
     ax.plot([places[0, 0]], [places[0, 1]], marker="o", markersize=4, color=line.get_color(), zorder=3)

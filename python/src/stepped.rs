@@ -68,9 +68,9 @@ impl Stepped {
         self.0.state().robots()
     }
 
-    /// How many of the first readings are 0 to 1.
+    /// Which readings are 0 to 1.
     #[getter]
-    fn bounded(&self) -> usize {
+    fn bounded(&self) -> Vec<bool> {
         self.0.bounded()
     }
 

@@ -134,6 +134,81 @@ def test_seeds(avoidance):
             envs.reset(seed=seed)
 
 
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_what_is_refused_changes_nothing(mode):
+    """Of two alike, one also gets seeds, actions and options that are refused, in turn and while some of its episodes have ended."""
+    exp = oneiro.Experiment.load(EXPERIMENTS / "discrimination.toml", set={"cycles": 60})
+    plain, disturbed = VectorEnv(exp, 6, mode), VectorEnv(exp, 6, mode)
+    generator = np.random.default_rng(3)
+    assert (plain.reset(seed=4)[0] == disturbed.reset(seed=4)[0]).all()
+    partly_ended = 0
+    for step in range(300):
+        for refused in [np.full((6, 2), np.nan), np.zeros((5, 2))]:
+            with pytest.raises(oneiro.InputError):
+                disturbed.step(refused)
+        if step % 50 == 0:
+            none = np.zeros(6, bool)
+            for wrong in [
+                {"seed": [77, *[-1] * 5]},
+                {"options": {"rest_mask": ~none}},
+                {"options": {"reset_mask": none}},
+            ]:
+                with pytest.raises(oneiro.InputError):
+                    disturbed.reset(**wrong)
+        actions = generator.uniform(-1, 1, (6, 2))
+        told = [envs.step(actions) for envs in (plain, disturbed)]
+        for one, other in zip(told[0][:4], told[1][:4], strict=True):
+            assert (one == other).all(), step
+        done = told[0][2] | told[0][3]
+        partly_ended += int(done.any() and not done.all())
+    assert partly_ended > 5
+    # Episodes that go on keep their seed and number, whatever is given for them.
+    mask = np.array([True, False, True, False, False, False])
+    for envs, seed in [(plain, [9, None, 9, None, None, None]), (disturbed, 9 * np.ones(6, int))]:
+        envs.reset(seed=seed, options={"reset_mask": mask})
+    assert (plain.reset()[0] == disturbed.reset()[0]).all()
+
+
+def test_rewards_are_the_change_of_a_score():
+    exp = oneiro.Experiment.load(EXPERIMENTS / "road-sign.toml")
+    envs = VectorEnv(exp, 8)
+    envs.reset(seed=1)
+    total, generator = np.zeros(8), np.random.default_rng(1)
+    fitness = np.full(8, np.nan)
+    while np.isnan(fitness).any():
+        _, rewards, _, _, infos = envs.step(np.array([1.0, 1.0]) - generator.uniform(0, 0.3, (8, 2)))
+        going = np.isnan(fitness)
+        total[going] += rewards[going]
+        if infos:
+            ended = infos["_fitness"] & going
+            fitness[ended] = infos["fitness"][ended]
+    assert np.allclose(total, fitness, atol=1e-6) and (fitness > 0).any()
+
+
+@pytest.mark.parametrize("name", ["automode-foraging", "evostick-foraging", "discrimination"])
+def test_observations_are_in_their_space(name):
+    exp = oneiro.Experiment.load(EXPERIMENTS / f"{name}.toml")
+    if "robot.count" in exp.settings:
+        from oneiro.pettingzoo import VectorEnv as Arenas
+
+        envs = Arenas(exp, 2)
+        space = envs.observation_space
+    else:
+        envs = VectorEnv(exp, 2)
+        space = envs.single_observation_space
+    robots = (envs.robots,) if "robot.count" in exp.settings else ()
+    generator = np.random.default_rng(1)
+    observations, _ = envs.reset(seed=1)
+    beyond = 0.0
+    for _ in range(300):
+        rows = observations.reshape(-1, observations.shape[-1])
+        assert all(space.contains(row) for row in rows), rows
+        beyond = max(beyond, np.abs(rows).max())
+        observations = envs.step(generator.uniform(-1, 1, (2, *robots, 2)))[0]
+    # Vectors of the reference model are longer than 1.
+    assert (beyond > 1) == (name == "automode-foraging")
+
+
 def test_what_is_refused(avoidance):
     envs = VectorEnv(avoidance, 2)
     with pytest.raises(oneiro.InputError, match="haven't begun"):
@@ -141,7 +216,7 @@ def test_what_is_refused(avoidance):
     envs.reset(seed=1)
     with pytest.raises(oneiro.InputError, match=r"actions: have the shape \[2\]; allowed: \[2, 2\]"):
         envs.step(np.zeros(2))
-    with pytest.raises(oneiro.InputError, match="is NaN; allowed: 0 to 1"):
+    with pytest.raises(oneiro.InputError, match=r"actions\[0\]\[0\]: is nan; allowed: -1 to 1"):
         envs.step(np.full((2, 2), np.nan))
     with pytest.raises(oneiro.InputError, match="reset_mask"):
         envs.reset(options={"reset_mask": [True, False]})

@@ -86,6 +86,16 @@ def test_plots(run):
     plt.sca(right)
     assert oneiro.plot.arena(oneiro.Experiment.example("puck-foraging")) is right
     assert oneiro.plot.path(exp, np.zeros((5, 3)), length=2, ax=left) is left
+    for length in [0, -5, 6]:
+        with pytest.raises(oneiro.InputError, match=f"length: is {length}; allowed: "):
+            oneiro.plot.path(exp, np.zeros((5, 3)), length=length)
+    # After an early end there is nothing to draw.
+    short = oneiro.Experiment.load(EXPERIMENTS / "discrimination.toml")
+    ended = oneiro.evaluate(short, np.full((1, short.genes), 3.0), seed=1, traces=True)
+    cycles = int(ended.lengths[0, 0])
+    assert cycles < ended.traces.shape[2]
+    drawn = oneiro.plot.path(short, ended.traces[0, 0])
+    assert len(drawn.lines[-2].get_xdata()) == cycles
     with pytest.raises(oneiro.InputError, match="columns: has 'worst'; allowed: generation, "):
         oneiro.plot.curve(run, columns=("worst",))
     with pytest.raises(oneiro.InputError, match="allowed: one episode's"):

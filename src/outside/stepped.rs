@@ -66,7 +66,7 @@ pub struct Stepped {
     states: Vec<u32>,
     readings: Vec<f32>,
     rewards: Vec<f64>,
-    /// Whether the mission has a score that is not the sum of all rewards.
+    /// Whether the task has a score that need not be the sum of all rewards: then a reward is its change.
     is_scored: bool,
     poses: Vec<[f32; 3]>,
     fitness: Vec<f32>,

@@ -228,10 +228,15 @@ impl World {
         self.0.physics.together().map_or(1, |swarm| swarm.count)
     }
 
-    /// Whether it is a swarm's whose mission has a score, instead of the sum of all rewards.
+    /// Whether its task has a score that need not be the sum of all rewards.
     pub(crate) fn is_scored(&self) -> bool {
         let task = self.0.spec.own.get(Kind::Task).map(OwnPart::part);
-        self.0.words.is_some() && task.is_some_and(|part| part.functions().contains(&"mission_score"))
+        let score = if self.0.words.is_some() {
+            "mission_score"
+        } else {
+            "task_score"
+        };
+        task.is_some_and(|part| part.functions().contains(&score))
     }
 
     /// Number of pucks.

@@ -52,6 +52,15 @@ pub enum Model {
 }
 
 impl Model {
+    /// Whether a reading of this name is from 0 to 1.
+    pub fn is_within_one(self, reading: &str) -> bool {
+        match self {
+            Self::Rm11 => true,
+            Self::Rm12 => !reading.starts_with("attraction"),
+            Self::Vectors => reading == "ground",
+        }
+    }
+
     /// Names of its readings.
     pub fn readings(self) -> Vec<String> {
         let ring = |of: &str| (0..8).map(|index| format!("{of}_{index}")).collect::<Vec<_>>();

@@ -94,7 +94,7 @@ const SHORTER: [(&str, &str, &str); 15] = [
 ];
 
 /// Pictures, the page whose blocks draw them, the file that they draw or draw into, and whether they do only at full length.
-const DRAWN: [(&str, &str, &str, bool); 35] = [
+const DRAWN: [(&str, &str, &str, bool); 36] = [
     ("docs/champion.svg", "README.md", "runs/*/path.svg", false),
     (
         "docs/learning-curve.svg",
@@ -196,6 +196,12 @@ const DRAWN: [(&str, &str, &str, bool); 35] = [
         "docs/classics/road-sign.svg",
         "docs/classics/road-sign.md",
         "road-sign/path.svg",
+        true,
+    ),
+    (
+        "docs/classics/light-switching.svg",
+        "docs/classics/light-switching.md",
+        "light-switching/path.svg",
         true,
     ),
     (

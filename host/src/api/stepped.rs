@@ -1,7 +1,9 @@
 //! Lives that are commanded cycle by cycle.
 
+use oneiro::differential::Build;
 use oneiro::foraging::Drive;
 use oneiro::random::Key;
+use oneiro::reference::Model;
 use oneiro::swarm::{Command, Driven, Lamp, Swarm};
 use oneiro_lab::experiment::check_seed;
 
@@ -37,9 +39,21 @@ impl Stepped {
         self.own.names()
     }
 
-    /// How many of the readings are the robot's own, which are 0 to 1; a user's sensors may read anything up to 1000 either way.
-    pub fn bounded(&self) -> usize {
-        self.own.world().spec().robot.build.readings().len()
+    /// Which readings are 0 to 1: the robot's own, but for some of a reference model. A user's sensors may read anything up to 1000 either
+    /// way.
+    pub fn bounded(&self) -> Vec<bool> {
+        let spec = self.own.world().spec();
+        let model = match &spec.robot.build {
+            Build::Differential(own) => own.model,
+            Build::Sampled | Build::Forager(_) => None,
+        };
+        let of_robot = spec.robot.build.readings();
+        let of_model = model.map_or_else(Vec::new, Model::readings);
+        let is_bounded = |name: &String| {
+            let is_other = of_model.contains(name) && model.is_some_and(|model| !model.is_within_one(name));
+            of_robot.contains(name) && !is_other
+        };
+        self.names().iter().map(is_bounded).collect()
     }
 
     /// Most cycles of a life.
