@@ -174,6 +174,10 @@ fn invalid_studies_are_refused() {
             &["--out", "full"],
             "full: exists and holds other files, and nothing is overwritten",
         ),
+        (
+            &["--arm", "severity-1", "--severity", "1.75"],
+            "--severity 1.75: is given with --arm severity-1, which sets it; allowed: one of the two",
+        ),
         (&["--tables", "wall.sam,none.sam"], "wall.sam"),
         (&["--tables", "none.sam"], "none.sam"),
     ] {

@@ -76,7 +76,7 @@ pub struct Claim {
     pub source: String,
     /// The criterion.
     pub criterion: String,
-    /// Whether the criterion is later than the results. Else it was registered before anything was evolved.
+    /// Whether the criterion is later than the results. Else it was registered before the runs of its edition.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_later: bool,
     /// Unit of analysis of the criterion's figures.

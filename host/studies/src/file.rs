@@ -259,11 +259,16 @@ impl Arm {
     /// Name of the unchanged study.
     pub(crate) const MAIN: &str = "main";
 
+    /// Whether it changes a key, or one below it.
+    pub(crate) fn changes(&self, [table, key]: [&str; 2]) -> bool {
+        self.changes.get(table).is_some_and(|own| own.get(key).is_some())
+    }
+
     /// The unchanged study.
     pub(crate) fn main() -> Self {
         Self {
             name: Self::MAIN.into(),
-            words: "As preregistered".into(),
+            words: "The study's own values".into(),
             changes: Table::new(),
         }
     }

@@ -66,7 +66,7 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
         .map(|claim| claim.id.as_str())
         .collect();
     let fixed = if later.is_empty() {
-        "a criterion that was fixed before anything was evolved is met".to_owned()
+        "a criterion that was registered before the runs of its edition is met".to_owned()
     } else {
         format!(
             "its criterion is met. Those of {} were written when results were known, the others before",
@@ -160,7 +160,7 @@ pub(super) fn by_question(table: &Table, claims: &[Claim], evidence: impl Fn(&st
 /// How claims were judged, for the methods of every study.
 pub(super) fn judging_methods() -> String {
     let paragraphs = [
-        "The criterion of each claim was fixed, word for word, before anything was evolved, unless the claim says otherwise. A run is \
+        "The criterion of each claim was fixed, word for word, before the runs of the edition that has it, unless the claim says otherwise. A run is \
          the unit of analysis unless the paper's test needs another: individuals, robots and minutes of one run depend on each \
          other."
             .to_owned(),
@@ -171,7 +171,8 @@ pub(super) fn judging_methods() -> String {
          if the difference has the other sign. A claim holds if all parts hold, and is opposed if one part is. Each \
          claim also says whether the registered criterion is met by the estimates alone."
             .to_owned(),
-        "The intervals of verdicts are Student's of run means, or Welch's where several conditions enter. A ratio is judged as a difference, \
+        "The intervals of verdicts are Student's of run means. Where several conditions enter, they are of differences within run \
+         numbers, if conditions share their seeds, as in the second edition of the 1995 study, else Welch's. A ratio is judged as a difference, \
          such as half of one mean minus another. Intervals of d and of recovered shares are those of the jackknife's pseudo-values of runs; \
          intervals of medians lie between order statistics."
             .to_owned(),
@@ -270,10 +271,12 @@ fn verdict_and_reason(claim: &Claim) -> String {
         [] => "all intervals lie on the required side".to_owned(),
         reasons => reasons.join("; "),
     };
-    let registered = match claim.registered {
-        Some(true) => "is met",
-        Some(false) => "is not met",
-        None => "can't be evaluated",
+    let in_some = claim.effects.first().filter(|effect| effect.name.starts_with(MET_IN));
+    let registered = match (claim.registered, in_some) {
+        (Some(true), _) => "is met".to_owned(),
+        (Some(false), _) => "is not met".to_owned(),
+        (None, Some(effect)) => format!("is met in {} of the combinations", effect.value),
+        (None, None) => "can't be evaluated".to_owned(),
     };
     if claim.verdict == Verdict::NotJudged {
         return format!("<p><b>Not judged.</b> {}.</p>\n", escaped(&reasons));

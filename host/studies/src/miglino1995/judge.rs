@@ -797,11 +797,11 @@ impl Judged<'_> {
                 / self.mean(condition, |run| run.champion.simulated.speed)
         };
         finding.note("speed in reality over speed in simulation, sensor noise", speed(Sensor));
-        let collided_real = finding.mean(
+        finding.mean(
             "share of cycles colliding in reality, sensor noise",
             &self.each(Sensor, |run| run.champion.real.collided),
         );
-        let collided_simulated = finding.mean(
+        finding.mean(
             "share of cycles colliding in simulation, sensor noise",
             &self.each(Sensor, |run| run.champion.simulated.collided),
         );
@@ -809,20 +809,25 @@ impl Judged<'_> {
             "speed in reality over speed in simulation, conservative noise",
             speed(Conservative),
         );
-        finding.registered = Some(
-            stuck_real > stuck_simulated
-                && speed(Sensor) < 1.0
-                && collided_real > collided_simulated
-                && (0.9..=1.1).contains(&speed(Conservative)),
-        );
-        finding.parts = self.parts_of_behaviour();
+        finding.registered =
+            Some(self.sticks_and_hits() && speed(Sensor) < 1.0 && (0.9..=1.1).contains(&speed(Conservative)));
+        finding.parts = self.parts_of_behaviour("speed", |episode| episode.speed);
         finding.missing =
             self.if_connected("Not measured: collisions in reality, which a connected robot does not report");
         finding
     }
 
-    /// The parts of C9.
-    fn parts_of_behaviour(&self) -> Vec<Part> {
+    /// Whether more champions stick in a corner without noise, and champions collide more with sensor noise, in reality.
+    fn sticks_and_hits(&self) -> bool {
+        let more = |condition, of: fn(&MeasuredEpisode) -> f64| {
+            self.mean(condition, |run| of(&run.champion.real)) > self.mean(condition, |run| of(&run.champion.simulated))
+        };
+        more(Without, |episode| f64::from(u8::from(episode.stuck_in_corner)))
+            && more(Sensor, |episode| episode.collided)
+    }
+
+    /// The parts of C9; `pace` is how fast a champion is.
+    fn parts_of_behaviour(&self, name: &str, pace: fn(&MeasuredEpisode) -> f64) -> Vec<Part> {
         let stuck = self.each(Without, |run| {
             let stuck = |path: bool| f64::from(u8::from(path));
             stuck(run.champion.real.stuck_in_corner) - stuck(run.champion.simulated.stuck_in_corner)
@@ -840,7 +845,7 @@ impl Judged<'_> {
         // How much faster a champion is in reality than a factor times its speed in simulation.
         let faster = |condition, factor: f64| {
             self.each(condition, |run| {
-                run.champion.real.speed - factor * run.champion.simulated.speed
+                pace(&run.champion.real) - factor * pace(&run.champion.simulated)
             })
         };
         let collided = self.each(Sensor, |run| {
@@ -849,7 +854,7 @@ impl Judged<'_> {
         vec![
             stuck,
             Part::below(
-                "speed, reality minus simulation, sensor noise",
+                &format!("{name}, reality minus simulation, sensor noise"),
                 &[(1.0, &faster(Sensor, 1.0))],
                 0.0,
             ),
@@ -859,21 +864,35 @@ impl Judged<'_> {
                 0.0,
             ),
             Part::above(
-                "speed, reality minus 0.9 of simulation, conservative noise",
+                &format!("{name}, reality minus 0.9 of simulation, conservative noise"),
                 &[(1.0, &faster(Conservative, 0.9))],
                 0.0,
             ),
             Part::below(
-                "speed, reality minus 1.1 of simulation, conservative noise",
+                &format!("{name}, reality minus 1.1 of simulation, conservative noise"),
                 &[(1.0, &faster(Conservative, 1.1))],
                 0.0,
             ),
         ]
     }
 
-    /// C9 with what champions do in corners.
+    /// C9 with what champions do in corners, and how far they come: wheels that turn at a wall are no speed.
     fn behaviour_in_corners(&self) -> Finding {
         let mut finding = self.behaviour();
+        let distance = |condition| {
+            let of = |place: fn(&Run) -> &MeasuredEpisode| self.mean(condition, |run| place(run).length);
+            of(|run| &run.champion.real) / of(|run| &run.champion.simulated)
+        };
+        let [sensor, conservative] = [Sensor, Conservative].map(distance);
+        finding.note(
+            "distance covered in reality over that in simulation, sensor noise",
+            sensor,
+        );
+        finding.note(
+            "distance covered in reality over that in simulation, conservative noise",
+            conservative,
+        );
+        finding.parts = self.parts_of_behaviour("distance covered", |episode| episode.length);
         let turns = |episode: &MeasuredEpisode| corner_turns(&episode.path, &self.judging.corners);
         let champions: Vec<[[f64; 2]; 2]> = self
             .runs(Without)
@@ -895,7 +914,9 @@ impl Judged<'_> {
             .collect();
         let what = "fraction of corners left by more than 90 degrees, reality minus simulation, no noise";
         finding.parts.insert(0, Part::above(what, &[(1.0, &more)], 0.0));
-        finding.registered = finding.registered.map(|is_met| is_met && shares[0] > shares[1]);
+        let sticks_and_hits = self.sticks_and_hits();
+        finding.registered =
+            Some(sticks_and_hits && shares[0] > shares[1] && sensor < 1.0 && (0.9..=1.1).contains(&conservative));
         finding
     }
 
@@ -908,7 +929,13 @@ impl Judged<'_> {
         let average = finding.mean("average of generation 200 in simulation, no noise", &averages);
         finding.registered = Some(to_and_fro > average);
         let what = "going to and fro minus the population's average";
-        finding.parts = vec![Part::above(what, &[(1.0, &episodes), (-1.0, &averages)], 0.0)];
+        let part = Part::above(what, &[(1.0, &episodes), (-1.0, &averages)], 0.0);
+        // Another that goes to and fro may do better.
+        finding.parts = vec![if part.verdict == Verdict::Opposed {
+            Part::undecided(format!("{}; one controller says nothing of others", part.reason))
+        } else {
+            part
+        }];
         finding
     }
 
@@ -1316,7 +1343,37 @@ mod tests {
             (of_second(&results, "C10").verdict, claim(&results, "C10").registered)
         };
         assert_eq!(verdict(300.0), (Verdict::Holds, Some(false)));
-        assert_eq!(verdict(200.0), (Verdict::Opposed, Some(false)));
+        // One that scores less opposes nothing.
+        assert_eq!(verdict(200.0), (Verdict::Undecided, Some(false)));
+    }
+
+    /// Champions whose wheels turn as fast as ever against a wall are slower in reality.
+    #[test]
+    fn slower_is_by_the_distance_covered() {
+        let mut results = results(5);
+        for (run, number) in results.runs.iter_mut().zip(0_u8..) {
+            run.champion.real.speed = run.champion.simulated.speed;
+            run.champion.simulated.length = 3000.0 + f64::from(number);
+            run.champion.real.length = 2000.0 - f64::from(number % 3);
+        }
+        let has = |claim: &Claim, words: &str| claim.reasons.iter().any(|reason| reason.contains(words));
+        let [first, second] = [claim(&results, "C9"), of_second(&results, "C9")];
+        assert!(
+            has(&first, "speed, reality minus simulation, sensor noise"),
+            "{:?}",
+            first.reasons
+        );
+        assert!(
+            !has(&second, "reality minus simulation, sensor noise: -"),
+            "{:?}",
+            second.reasons
+        );
+        let kept = "distance covered, reality minus 0.9 of simulation, conservative noise: ";
+        assert!(
+            second.verdict == Verdict::Opposed && has(&second, kept),
+            "{:?}",
+            second.reasons
+        );
     }
 
     /// Ranges are compared by distance and by angle. A drawn robot whose sensors are alike is no evidence, a real one is.

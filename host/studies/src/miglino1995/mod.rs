@@ -58,6 +58,15 @@ const COHORT: u32 = 5;
 pub fn run(asked: &Asked, tables: &[PathBuf], request: &Request<'_>, console: Console) -> Result<Answer<Findings>> {
     let evaluations = device::engine(request.backend)?;
     let file = StudyFile::open(&MIGLINO1995, request.file)?.in_edition(request.edition)?;
+    if let Some(severity) = asked.severity
+        && !request.sensitivity
+        && file.arm(request.arm)?.changes(["reality", "severity"])
+    {
+        return Err(Failure::input(format_args!(
+            "--severity {severity}: is given with --arm {}, which sets it; allowed: one of the two",
+            request.arm
+        )));
+    }
     let least = match &asked.robot {
         Address::Surrogate(_) => 2,
         Address::Wire(wire) => {

@@ -201,8 +201,8 @@ pub(super) fn cost(study: &Report<'_>) -> String {
         )),
         table(
             "",
-            "The generations' episodes at the paper's rates, without further tests. Here the transferred generation \
-             also runs in simulation.",
+            "The generations' episodes at the paper's rates, without further tests. Here the transferred generation is \
+             counted in both, since Table 1 compares it in both; the paper's numbers of generations count it once.",
             &head,
             &rows
         )

@@ -25,28 +25,32 @@ static RUNS: [Column; 9] = [
     Column::number(
         "s0_opposite",
         "0 to 1",
-        "the fraction of simulators at the end with the light opposite the nest",
+        "in the last ten minutes: the fraction of simulators with the light opposite the nest",
     ),
     Column::number(
         "s0_no_light",
         "0 to 1",
-        "the fraction of simulators at the end without a light",
+        "in the last ten minutes: the fraction of simulators without a light",
     ),
     Column::number(
         "s0_over",
         "0 to 1",
-        "the fraction of simulators at the end with the light over the nest",
+        "in the last ten minutes: the fraction of simulators with the light over the nest",
     ),
-    Column::number("s0", "0 to 0.99", "at the end: the mean gene of simulators"),
+    Column::number(
+        "s0",
+        "0 to 0.99",
+        "in the last ten minutes: the mean gene of simulators",
+    ),
     Column::number(
         "g0",
         "0 to 0.99",
-        "at the end: the mean gene of the behaviour with food",
+        "in the last ten minutes: the mean gene of the behaviour with food",
     ),
     Column::number(
         "g1",
         "0 to 0.99",
-        "at the end: the mean gene of the behaviour without food",
+        "in the last ten minutes: the mean gene of the behaviour without food",
     ),
 ];
 static RATES: [Column; 4] = [
@@ -73,13 +77,17 @@ static BINS: [Column; 9] = [
     Column::number(
         "s0_opposite",
         "0 to 1",
-        "the fraction of simulators with the light opposite the nest",
+        "in the last ten minutes: the fraction of simulators with the light opposite the nest",
     ),
-    Column::number("s0_no_light", "0 to 1", "the fraction of simulators without a light"),
+    Column::number(
+        "s0_no_light",
+        "0 to 1",
+        "in the last ten minutes: the fraction of simulators without a light",
+    ),
     Column::number(
         "s0_over",
         "0 to 1",
-        "the fraction of simulators with the light over the nest",
+        "in the last ten minutes: the fraction of simulators with the light over the nest",
     ),
     Column::number(
         "g0_flees",

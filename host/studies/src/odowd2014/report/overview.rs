@@ -29,7 +29,7 @@ pub(super) fn rates(results: &Results) -> String {
     let rows: Vec<Row> = results.combinations.iter().map(row).collect();
     table(
         "",
-        "Items of food per minute of the whole swarm by case, mean of runs. Evolved as in the paper.",
+        "Items of food per minute of the whole swarm by case, mean of runs.",
         &head,
         &rows,
     )
@@ -62,7 +62,7 @@ pub(super) fn right(results: &Results) -> String {
     let rows: Vec<Row> = results.combinations.iter().map(row).collect();
     let words = format!(
         "Percentage of robots whose simulator has the light where it is, in the last {LAST} minutes, mean of runs: \
-         evolved as in the paper / with fitness shuffled among the robots."
+         evolved / with fitness shuffled among the robots."
     );
     table("", &words, &head, &rows)
 }
