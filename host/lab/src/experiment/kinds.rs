@@ -260,6 +260,7 @@ mod tests {
                 let folder = folder.file_name().unwrap();
                 let kind = match path.file_name().unwrap().to_str().unwrap() {
                     "study.toml" => FileKind::Study,
+                    "experiment.toml" => FileKind::Experiment,
                     _ if folder == "experiments" || folder == "elsewhere" => FileKind::Experiment,
                     _ => FileKind::Sweep,
                 };
