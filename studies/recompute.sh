@@ -203,9 +203,9 @@ foraging matched swarm.simulators.credit=matched || fail "matched credit is comp
 foraging early swarm.clock.installed_s=34 swarm.controllers.guests=2 || fail "early controllers and guests are computed otherwise"
 foraging random swarm.case=random || fail "food of Random Movement is computed otherwise"
 foraging crowd swarm.robots=40 swarm.arena.food_scales=with_robots || fail "a crowd is computed otherwise"
-# One deposit less, another genome, another fitness in simulation, a pair that says more than its sender had, and another's simulator.
+# One deposit less, another genome of the controller that acts next, another fitness in simulation, a pair that says more than its sender had, and another's simulator.
 cp -r "$scratch/foraging-lagged" "$scratch/foraging-changed"
-for change in 'deposits 2d' 'controllers 45s/,0\.[0-9]*,/,0.123,/' 'controllers 45s/,[0-9.]*,\([0-9]\)$/,999,\1/' 'pairs 2s/,[0-9.]*\(,[0-9.]*,[0-9.]*\)$/,59\1/' \
+for change in 'deposits 2d' 'controllers 0,/,0$/s/,[0-9.]*\(,[0-9.]*,[0-9.-]*,0\)$/,0.123\1/' 'controllers 45s/,[0-9.]*,\([0-9]\)$/,999,\1/' 'pairs 2s/,[0-9.]*\(,[0-9.]*,[0-9.]*\)$/,59\1/' \
     'intervals 2s/,0$/,x/; 2s/,1$/,0/; 2s/,x$/,1/'; do
     table=${change%% *}
     sed "${change#* }" "$scratch/foraging-lagged/$table.csv" >"$scratch/foraging-changed/$table.csv"
