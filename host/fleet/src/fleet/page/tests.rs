@@ -282,7 +282,7 @@ fn a_browser_shows_what_is_new() {
         press('ArrowLeft'); await until(() => at('clock') === '0:02 of 0:03'); await soon(1200); tell();\n\
         document.querySelectorAll('.who')[0].click(); await until(() => at('robot').startsWith('Robot 0')); acts.push(at('robot'));\n\
         window.now = 2; await until(() => at('clock').endsWith('0:04')); acts.push(at('clock'));\n\
-        window.now = 1; await soon(1500); press('End'); window.now = 2; await until(() => at('news') === 'Later.'); tell();\n\
+        window.now = 1; await until(() => at('clock').endsWith('0:03')); press('End'); window.now = 2; await until(() => at('news') === 'Later.'); tell();\n\
         window.now = 3; await until(() => at('news') === 'Live.'); acts.push(at('news'));\n\
         const now = performance.now.bind(performance); performance.now = () => now() + 60000;\n\
         await until(() => at('news') !== 'Live.'); acts.push(at('news').replace(/[0-9]+/, 'N'));\n\
