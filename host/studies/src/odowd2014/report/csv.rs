@@ -77,17 +77,13 @@ static BINS: [Column; 9] = [
     Column::number(
         "s0_opposite",
         "0 to 1",
-        "in the last ten minutes: the fraction of simulators with the light opposite the nest",
+        "the fraction of simulators with the light opposite the nest",
     ),
-    Column::number(
-        "s0_no_light",
-        "0 to 1",
-        "in the last ten minutes: the fraction of simulators without a light",
-    ),
+    Column::number("s0_no_light", "0 to 1", "the fraction of simulators without a light"),
     Column::number(
         "s0_over",
         "0 to 1",
-        "in the last ten minutes: the fraction of simulators with the light over the nest",
+        "the fraction of simulators with the light over the nest",
     ),
     Column::number(
         "g0_flees",
