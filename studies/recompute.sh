@@ -187,6 +187,14 @@ for outcome in holds undecided opposed; do
 done
 same "$scratch/judged-2014" "$scratch/random" "$scratch/scale-0.2" || fail "it judges the 2014 study otherwise than the program"
 
+say "the tables of larger swarms"
+"$python" studies/scaling.py studies/odowd2014/scaling/runs.csv >"$scratch/printed"
+lacks() { grep -vxFf studies/odowd2014/README.md "$scratch/printed" | grep -c . || true; }
+[ "$(lacks)" = 0 ] || fail "studies/odowd2014/README.md lacks $(lacks) lines of studies/scaling.py"
+sed '2s/[0-9.]*$/50.0/' studies/odowd2014/scaling/runs.csv >"$scratch/swarms.csv"
+"$python" studies/scaling.py "$scratch/swarms.csv" >"$scratch/printed"
+[ "$(lacks)" != 0 ] || fail "CONTROL: a later match is not noticed"
+
 say "foraging runs from their files"
 # foraging NAME SETTING..: a run of five minutes, computed again.
 foraging() {

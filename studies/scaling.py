@@ -89,7 +89,7 @@ def main():
             # More food, and less time.
             sign = 1 if figure == "rate" else -1
             outcome = "undecided" if corrected >= 0.05 else "holds" if sign * estimate > 0 else "opposed"
-            print(f"| {what} | {figure} | {estimate:.3f} | {estimate - margin:.3f} to {estimate + margin:.3f} | {p:.2g} | {corrected:.2g} | {outcome} |")
+            print(f"| {what} | {figure} | {estimate:.3f} | {estimate - margin:.3f} to {estimate + margin:.3f} | {p:.3g} | {corrected:.3g} | {outcome} |")
 
 
 if __name__ == "__main__":

@@ -428,15 +428,19 @@ impl Lived<'_> {
         60.0 * food / (brought.len() as f64 * f64::from(self.settings.world.robots))
     }
 
-    /// Minutes until the mean fraction of right simulators over [`MATCHED_INTERVALS`] is one half.
+    /// Minutes until half of the simulators of [`MATCHED_INTERVALS`] are right. They are counted, since fractions round.
     fn matched(&self) -> f64 {
         let is_matched = |end: &usize| {
-            let intervals = end - MATCHED_INTERVALS..*end;
-            let right = intervals.map(|interval| {
+            let first = end - MATCHED_INTERVALS;
+            let robots = self.run.intervals[first..*end].iter().zip(first..);
+            let robots = robots.flat_map(|(robots, interval)| {
                 let light = self.settings.case.light_in(interval, self.moves());
-                self.run.share(light, interval..interval + 1)
+                robots.iter().map(move |own| Light::of_gene(own.s0) == light)
             });
-            right.sum::<f64>() >= 0.5 * MATCHED_INTERVALS as f64
+            let (right, all) = robots.fold((0, 0), |(right, all), is_right| {
+                (right + usize::from(is_right), all + 1)
+            });
+            2 * right >= all
         };
         let end = (MATCHED_INTERVALS..=self.intervals()).find(is_matched);
         let seconds = end.map_or(self.seconds(), |end| end * self.settings.clock.interval_s as usize);

@@ -336,6 +336,16 @@ fn the_time_to_a_match_is_that_worked_out_by_hand() {
     assert_eq!(minutes(&run), 7.0);
     run.intervals.truncate(6);
     assert_eq!(minutes(&run), 8.0);
+    // Exactly half, of which fractions have a sum below 2.5.
+    let with = |count: usize| {
+        let mut robots = [run.intervals[0].clone(), run.intervals[0].clone()].concat();
+        for (own, other) in robots.iter_mut().zip(right.iter().cycle()).take(count) {
+            own.clone_from(other);
+        }
+        robots
+    };
+    run.intervals = [4, 6, 4, 7, 4, 0].map(with).to_vec();
+    assert_eq!(minutes(&run), 5.0);
 }
 
 /// Where simulators are set by the experimenter, no credit is compared. Where they evolve, credit matters, unless controllers act
