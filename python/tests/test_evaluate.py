@@ -37,6 +37,12 @@ def test_experiment(avoidance, own):
     assert own.genes != 18 and own.name == "homing"
 
 
+def test_other_values_may_replace_files():
+    for values in [{"task": {"kind": "avoidance"}}, {"controller": {"kind": "perceptron"}}]:
+        other = oneiro.Experiment.load(EXPERIMENTS / "homing.toml").with_(values)
+        assert other.hash == oneiro.Experiment.load(EXPERIMENTS / "homing.toml", set=values).hash
+
+
 def test_values_that_are_refused_have_the_programs_messages(tmp_path):
     for values in [{"cycles": 0}, {"cyles": 60}, {"evolution.population": "many"}]:
         settings = [word for key, value in values.items() for word in ("--set", f"{key}={value}")]

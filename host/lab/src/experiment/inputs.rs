@@ -396,8 +396,10 @@ impl<'a> Inputs<'a> {
 
     /// Returns the files read, and warnings about them.
     pub(super) fn finish(self) -> Result<(Vec<Input>, Vec<String>)> {
-        let is_named = |file: &String| self.found.iter().any(|input| input.named == *file);
-        if let Some(file) = self.hashes.keys().find(|file| !is_named(file)) {
+        // A setting may name another file, or a kind without one.
+        let is_needed =
+            |file: &&String| !self.source.is_overridden() && !self.found.iter().any(|input| input.named == **file);
+        if let Some(file) = self.hashes.keys().find(is_needed) {
             let problem = "is a file that no other key names; allowed: hashes of the files that are named";
             return Err(self.source.invalid(&format!("files.{file}"), problem));
         }

@@ -383,6 +383,11 @@ impl<'a> Source<'a> {
         self.left_out.take()
     }
 
+    /// Whether there are settings that go before the file.
+    pub(crate) fn is_overridden(&self) -> bool {
+        self.set.iter().any(|text| text.rank > 0)
+    }
+
     /// Whether a setting gives a key.
     pub fn is_set(&self, key: &str) -> bool {
         self.rank_of(key).is_some_and(|rank| rank > 0)
