@@ -93,8 +93,9 @@ class NetworkDiagram {
       const gates = weights.length > 1 ? ['input gate ', 'forget gate ', 'output gate ', 'candidate '] : [''];
       const values = weights.map((value, index) => gates[index] + decimal(value)).join(', ');
       told.set(path, (now) => {
-        const learnt = !learns ? '' : ` by ${learns.rule}, rate ${decimal(learns.rate)}${now ? `, times strength ${decimal(now.reading(learns.strength))}` : ''}`;
-        return `${nodes[from].name}${back ? ' (cycle before)' : ''} to ${nodes[to].name}: ${values}${learnt}`;
+        const learnt = learns ? ` by ${learns.rule}, rate ${decimal(learns.rate)}` : '';
+        const strength = learns && now ? `, times strength ${decimal(now.reading(learns.strength))}` : '';
+        return `${nodes[from].name}${back ? ' (cycle before)' : ''} to ${nodes[to].name}: ${values}${learnt}${strength}`;
       });
       return { path, learns, wide };
     });
