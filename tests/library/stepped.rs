@@ -232,6 +232,7 @@ fn compared(spec: &WorldSpec, lives: usize, apart: usize) -> (usize, usize) {
     loop {
         let begun = (0..lives).filter(|life| life * apart == turn);
         let begun: Vec<_> = begun.map(|life| (life, key(life))).collect();
+        let before = stepped.fitness().to_vec();
         stepped
             .step_and_begin(&mut cpu, &control, &who, &commands, &begun)
             .unwrap();
@@ -239,7 +240,12 @@ fn compared(spec: &WorldSpec, lives: usize, apart: usize) -> (usize, usize) {
             for robot in 0..robots {
                 let record = &traces[life][robot][next[life]];
                 let reward = stepped.rewards()[life * robots + robot];
-                let expected = f64::from(earned(&world, &traces[life], robot, next[life]));
+                let earned = f64::from(earned(&world, &traces[life], robot, next[life]));
+                // A score rewards its change: here the way of the cycle more than what the task gives.
+                let is_scored = robots == 1 && spec.own.get(Kind::Task).is_some();
+                let change = f64::from(stepped.fitness()[life]) - f64::from(before[life]);
+                assert!(!is_scored || change > earned - 1e-3, "{change}, {earned}: {record:?}");
+                let expected = if is_scored { change } else { earned };
                 // Sums of several robots' rewards are rounded in another order.
                 let most = if robots == 1 {
                     0.0
