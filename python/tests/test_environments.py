@@ -134,6 +134,19 @@ def test_seeds(avoidance):
             envs.reset(seed=seed)
 
 
+class Refusing:
+    """Native episodes on a device that has failed."""
+
+    def __init__(self, native):
+        self.native = native
+
+    def __getattr__(self, name):
+        return getattr(self.native, name)
+
+    def step(self, *arguments):
+        raise oneiro.InputError("refused")
+
+
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_what_is_refused_changes_nothing(mode):
     """Of two alike, one also gets seeds, actions and options that are refused, in turn and while some of its episodes have ended."""
@@ -156,6 +169,11 @@ def test_what_is_refused_changes_nothing(mode):
                 with pytest.raises(oneiro.InputError):
                     disturbed.reset(**wrong)
         actions = generator.uniform(-1, 1, (6, 2))
+        native = disturbed._episodes.native
+        disturbed._episodes.native = Refusing(native)
+        with pytest.raises(oneiro.InputError, match="refused"):
+            disturbed.step(actions)
+        disturbed._episodes.native = native
         told = [envs.step(actions) for envs in (plain, disturbed)]
         for one, other in zip(told[0][:4], told[1][:4], strict=True):
             assert (one == other).all(), step

@@ -72,7 +72,7 @@ def test_genes_of_tables_are_found_by_name(avoidance):
     assert bits(oneiro.evaluate(avoidance, frame.to_records(index=False), seed=1).fitness) == expected
     with pytest.warns(UserWarning, match="other columns, which are ignored: `run`"):
         assert bits(oneiro.evaluate(avoidance, frame.assign(run=7), seed=1).fitness) == expected
-    # So are those of a row.
+    # The genes of a row also have names.
     for row in [frame.iloc[1], frame.iloc[1].to_dict()]:
         assert bits(oneiro.evaluate(avoidance, row, seed=1, keys=[1]).fitness) == expected[1:2]
     with pytest.raises(oneiro.InputError, match="none is called `left_90_to_left`"):

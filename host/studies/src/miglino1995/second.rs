@@ -223,7 +223,7 @@ static OF_RULES: [Contrast<[Trio; 2]>; 6] = [
     }),
 ];
 
-/// What a sweep may vary beside the collision rule: the reading of equation 1, and the controller.
+/// What a sweep may vary in addition to the collision rule: the reading of equation 1, and the controller.
 const VARIED: [&str; 3] = ["task.speed", "task.difference", "controller.layers.0.kind"];
 /// The reading that both earlier editions have, and the controller that does not learn, with which others are compared.
 const BASES: [&str; 2] = ["unsigned root", "elman"];
