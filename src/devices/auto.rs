@@ -25,6 +25,9 @@ const GIVE_UP_RATIO: f64 = 4.0;
 /// Number of measurements before a device is given up.
 const GIVE_UP_AFTER: u32 = 3;
 
+/// Time since some moment. Tests count it themselves, since a loaded machine would change which device is the faster one.
+type Clock = Box<dyn Fn() -> Duration + Send>;
+
 /// Opens the GPU, or returns the reason why it can't be used.
 pub type Opener = Box<dyn FnOnce() -> Result<Box<dyn Evaluator>, String> + Send>;
 
@@ -40,6 +43,7 @@ pub struct Auto {
     threads: usize,
     /// CPU time spent on batches that may go to the GPU, in seconds.
     spent: BTreeMap<Kind, f64>,
+    clock: Clock,
     warnings: Vec<String>,
 }
 
@@ -97,12 +101,14 @@ fn size(part: &Part<'_>) -> u32 {
 impl Auto {
     /// Combines the CPU's evaluator, which has `threads` threads, and a GPU of this name, which is opened when it is needed.
     pub fn new(cpu: Box<dyn Evaluator>, threads: usize, name: String, opener: Opener) -> Self {
+        let start = Instant::now();
         Self {
             cpu: Member::new(cpu, true),
             gpu: Gpu::Closed(opener),
             name,
             threads,
             spent: BTreeMap::new(),
+            clock: Box::new(move || start.elapsed()),
             warnings: Vec::new(),
         }
     }
@@ -186,7 +192,7 @@ impl Auto {
     /// Runs a part on the GPU. `None` if it can't, and the CPU must.
     fn on_gpu(&mut self, part: &Part<'_>, control: &Control) -> Option<Result<PartResult, Error>> {
         let Gpu::Open(gpu) = &mut self.gpu else { return None };
-        let done = gpu.evaluate(part, control, &mut self.warnings);
+        let done = gpu.evaluate(part, control, &self.clock, &mut self.warnings);
         match done {
             Err(error @ Error::TooLarge(_)) => self.warnings.push(format!("{error}; the CPU evaluates this batch")),
             Err(error @ Error::NoDevice(_)) => {
@@ -203,7 +209,7 @@ impl Auto {
 impl Auto {
     /// Runs a part on the CPU.
     fn on_cpu(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        let (result, seconds) = self.cpu.evaluate(part, control, &mut self.warnings)?;
+        let (result, seconds) = self.cpu.evaluate(part, control, &self.clock, &mut self.warnings)?;
         self.count(part, seconds);
         Ok(result)
     }
@@ -244,11 +250,12 @@ impl Member {
         &mut self,
         part: &Part<'_>,
         control: &Control,
+        clock: &Clock,
         warnings: &mut Vec<String>,
     ) -> Result<(PartResult, f64), Error> {
-        let start = Instant::now();
+        let start = clock();
         let done = self.evaluator.evaluate_part(part, control);
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = (clock() - start).as_secs_f64();
         pass_on(self.evaluator.as_ref(), &mut self.heard, warnings);
         let result = done?;
         self.record(part, seconds);
@@ -316,10 +323,10 @@ impl Evaluator for Auto {
             let result = self.evaluate_part(&part, control)?;
             return Ok(batch.observed(result, observer));
         }
-        let start = Instant::now();
+        let start = (self.clock)();
         let done = self.cpu.evaluator.observe(batch, control, observer);
         pass_on(self.cpu.evaluator.as_ref(), &mut self.cpu.heard, &mut self.warnings);
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = ((self.clock)() - start).as_secs_f64();
         let outcome = done?;
         self.cpu.record(&part, seconds);
         self.count(&part, seconds);
@@ -341,25 +348,60 @@ impl Evaluator for Auto {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
     use super::*;
     use crate::batch::{Batch, Rollout};
+    use crate::cpu::Cpu;
     use crate::random::Key;
     use crate::world::{World, WorldSpec};
 
-    struct Named(&'static str);
+    /// The CPU under a name. A part takes it a given time of a clock that nothing else moves.
+    struct Named {
+        name: &'static str,
+        cpu: Cpu,
+        time: Duration,
+        clock: Arc<AtomicU64>,
+        parts: Arc<AtomicUsize>,
+        warnings: Vec<String>,
+    }
+
+    impl Named {
+        fn new(name: &'static str, milliseconds: u64, clock: &Arc<AtomicU64>) -> Self {
+            Self {
+                name,
+                cpu: Cpu::new(Some(1)).unwrap(),
+                time: Duration::from_millis(milliseconds),
+                clock: Arc::clone(clock),
+                parts: Arc::default(),
+                warnings: vec![format!("{name} is slow")],
+            }
+        }
+    }
 
     impl Evaluator for Named {
         fn device(&self) -> Device {
             Device {
-                name: self.0.into(),
-                detail: String::new(),
-                exact: true,
+                name: self.name.into(),
+                ..self.cpu.device()
             }
         }
 
-        fn evaluate_part(&mut self, _: &Part<'_>, _: &Control) -> Result<PartResult, Error> {
-            unreachable!("only the choice is tested")
+        fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
+            self.clock.fetch_add(self.time.as_millis() as u64, Ordering::Relaxed);
+            self.parts.fetch_add(1, Ordering::Relaxed);
+            self.cpu.evaluate_part(part, control)
         }
+
+        fn warnings(&self) -> &[String] {
+            &self.warnings
+        }
+    }
+
+    fn clock(milliseconds: &Arc<AtomicU64>) -> Clock {
+        let milliseconds = Arc::clone(milliseconds);
+        Box::new(move || Duration::from_millis(milliseconds.load(Ordering::Relaxed)))
     }
 
     /// A batch of some episodes of 512 cycles.
@@ -379,7 +421,7 @@ mod tests {
     /// A CPU and an open GPU, with the time of 64 episodes on both in seconds.
     fn auto(cpu: f64, gpu: f64) -> Auto {
         let member = |name, is_proportional, seconds| {
-            let mut member = Member::new(Box::new(Named(name)), is_proportional);
+            let mut member = Member::new(Box::new(Named::new(name, 0, &Arc::default())), is_proportional);
             for _ in 0..=GIVE_UP_AFTER {
                 member.record(&batch(64).all(), seconds);
             }
@@ -389,7 +431,7 @@ mod tests {
         Auto {
             cpu: member("cpu", true, cpu),
             gpu: Gpu::Open(member("gpu", false, gpu)),
-            ..Auto::new(Box::new(Named("cpu")), 1, "gpu".into(), opener)
+            ..Auto::new(Box::new(Named::new("cpu", 0, &Arc::default())), 1, "gpu".into(), opener)
         }
     }
 
@@ -426,5 +468,56 @@ mod tests {
         // An eighth of them takes the CPU an eighth of its time.
         assert!(is_for_gpu(8, 0.016, 0.001));
         assert!(!is_for_gpu(8, 0.016, 0.005));
+    }
+
+    /// How many of some equal batches the CPU and the GPU get, which is opened at once, and the warnings.
+    fn shared(cpu_time: u64, gpu_time: Option<u64>, batches: usize) -> (usize, usize, Vec<String>) {
+        let milliseconds = Arc::default();
+        let here = Named::new("cpu", cpu_time, &milliseconds);
+        let there = gpu_time.map(|time| Named::new("a card", time, &milliseconds));
+        let counts = [Some(&here), there.as_ref()].map(|device| device.map(|device| Arc::clone(&device.parts)));
+        let opener: Opener = Box::new(|| {
+            there
+                .map(|it| Box::new(it) as Box<dyn Evaluator>)
+                .ok_or("it burnt".into())
+        });
+        let mut auto = Auto {
+            clock: clock(&milliseconds),
+            ..Auto::new(Box::new(here), 1, "a card".into(), opener)
+        };
+        assert_eq!(auto.device().name, "cpu or a card");
+        let batch = batch(8);
+        let fitness = |evaluator: &mut dyn Evaluator| evaluator.evaluate(&batch, &Control::new()).unwrap().fitness;
+        let right = fitness(&mut Cpu::new(Some(1)).unwrap());
+        for _ in 0..batches {
+            assert_eq!(fitness(&mut auto), right);
+            while matches!(auto.gpu, Gpu::Opening(_)) {
+                std::thread::yield_now();
+                auto.open();
+            }
+        }
+        let is_gone = matches!(auto.gpu, Gpu::Gone);
+        assert_eq!(auto.device().name, if is_gone { "cpu" } else { "cpu or a card" });
+        let [here, there] = counts.map(|parts| parts.map_or(0, |parts| parts.load(Ordering::Relaxed)));
+        (here, there, auto.warnings)
+    }
+
+    #[test]
+    fn batches_go_where_they_are_done_sooner() {
+        // After 0.25 s of the CPU's work the GPU is opened, during its sixth batch.
+        let (here, there, warnings) = shared(50, Some(5), 40);
+        assert_eq!((here, there), (6, 34));
+        assert_eq!(warnings, ["cpu is slow", "a card is slow"]);
+        // A GPU that is much slower gets its first two batches and one that measures it again.
+        let (here, there, _) = shared(20, Some(300), 100);
+        assert_eq!((here, there), (97, 3));
+        let (here, there, warnings) = shared(50, None, 10);
+        assert_eq!((here, there), (10, 0));
+        let gone = "a card: it burnt; the CPU evaluates everything";
+        assert_eq!(warnings, ["cpu is slow", gone]);
+        // Batches shorter than a millisecond open no GPU, however many there are.
+        let (here, there, warnings) = shared(0, None, 1000);
+        assert_eq!((here, there), (1000, 0));
+        assert_eq!(warnings, ["cpu is slow"]);
     }
 }

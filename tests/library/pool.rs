@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use oneiro::audit::Audited;
 use oneiro::auto::Auto;
@@ -333,7 +333,6 @@ struct Slow {
     cpu: Cpu,
     time: Duration,
     parts: Arc<AtomicUsize>,
-    warnings: Vec<String>,
 }
 
 /// Such a device, and its count.
@@ -344,7 +343,6 @@ fn slow(name: &'static str, milliseconds: u64) -> (Box<dyn Evaluator>, Arc<Atomi
         cpu: cpu(),
         time: Duration::from_millis(milliseconds),
         parts: Arc::clone(&parts),
-        warnings: vec![format!("{name} is slow")],
     };
     (Box::new(device), parts)
 }
@@ -362,49 +360,6 @@ impl Evaluator for Slow {
         self.parts.fetch_add(1, Ordering::Relaxed);
         self.cpu.evaluate_part(part, control)
     }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-}
-
-/// How many of some equal batches the CPU and the GPU get, and the warnings.
-fn shared(cpu_time: u64, gpu_time: Option<u64>, batches: usize) -> (usize, usize, Vec<String>) {
-    let (here, of_cpu) = slow("cpu", cpu_time);
-    let gpu = gpu_time.map(|time| slow("a card", time));
-    let of_gpu = gpu.as_ref().map(|(_, parts)| Arc::clone(parts));
-    let open = move || gpu.map(|(there, _)| there).ok_or_else(|| "it burnt".to_owned());
-    let mut auto = Auto::new(here, 1, "a card".into(), Box::new(open));
-    assert_eq!(auto.device().name, "cpu or a card");
-    let batch = batch(100);
-    let right = fitness(&mut cpu(), &batch).unwrap();
-    for _ in 0..batches {
-        assert_eq!(fitness(&mut auto, &batch).unwrap(), right);
-    }
-    assert_eq!(
-        auto.device().name,
-        if of_gpu.is_some() { "cpu or a card" } else { "cpu" }
-    );
-    let count = |parts: &Arc<AtomicUsize>| parts.load(Ordering::Relaxed);
-    let warnings = auto.warnings().to_vec();
-    (count(&of_cpu), of_gpu.as_ref().map_or(0, count), warnings)
-}
-
-#[test]
-fn batches_go_where_they_are_done_sooner() {
-    // The GPU is opened after 0.25 s.
-    let (here, there, warnings) = shared(50, Some(5), 40);
-    assert!((3..=8).contains(&here) && there == 40 - here, "{here} and {there}");
-    assert_eq!(warnings, ["cpu is slow", "a card is slow"]);
-    // A GPU that is much slower gets its first two batches and one that measures it again.
-    let (here, there, _) = shared(20, Some(300), 100);
-    assert!((2..=3).contains(&there) && here == 100 - there, "{here} and {there}");
-    let (here, there, warnings) = shared(50, None, 10);
-    assert_eq!((here, there), (10, 0));
-    assert_eq!(
-        warnings,
-        ["cpu is slow", "a card: it burnt; the CPU evaluates everything"]
-    );
 }
 
 #[test]
@@ -429,16 +384,7 @@ fn the_cpu_works_while_a_gpu_is_being_opened() {
 }
 
 #[test]
-fn short_batches_open_no_gpu_and_long_ones_do_at_once() {
-    let never = || panic!("nothing needs it");
-    let (here, _) = slow("cpu", 0);
-    let mut auto = Auto::new(here, 1, "a card".into(), Box::new(never));
-    let small = batch(1);
-    let start = Instant::now();
-    // A GPU would be opened if such batches counted.
-    while start.elapsed() < Duration::from_millis(600) {
-        fitness(&mut auto, &small).unwrap();
-    }
+fn a_long_batch_opens_the_gpu_at_once() {
     let (there, parts) = slow("a card", 0);
     let mut auto = Auto::new(Box::new(cpu()), 1, "a card".into(), Box::new(move || Ok(there)));
     let large = batch_of(150, 200_000);
