@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _native
 from ._errors import InputError
-from ._experiment import in_order, numbered, whole
+from ._experiment import checked, in_order, numbered, numbers, whole
 from ._native import Experiment
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Controller:
         Arrays then have a row for each robot; with one genome and without `robots` they are a single robot's. In a swarm,
         `number` is the robot's, from 0.
         """
-        genomes = in_order(exp, genome)
+        genomes = in_order(checked(exp), genome)
         if genomes.ndim not in (1, 2) or genomes.shape[-1] != exp.genes or len(genomes) == 0:
             raise InputError(f"genome: has the shape {list(genomes.shape)}; allowed: [{exp.genes}] or [n, {exp.genes}]")
         count = len(genomes) if genomes.ndim == 2 else 1
@@ -108,7 +108,7 @@ class Controller:
     def _rows(self, name: str, values: Any, width: int) -> NDArray[np.float32]:
         import numpy as np
 
-        rows = np.ascontiguousarray(values, np.float32)
+        rows = numbers(name, values, np.float32)
         shape = (width,) if self._single else (self.robots, width)
         if rows.shape != shape:
             raise InputError(f"{name}: have the shape {list(rows.shape)}; allowed: {list(shape)}")

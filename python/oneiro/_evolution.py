@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from . import _native
 from ._archive import Archive
 from ._errors import InputError
-from ._experiment import whole
+from ._experiment import checked, numbers, whole
 from ._html import facts
 from ._native import Experiment
 
@@ -36,10 +36,10 @@ class Evolution:
         """Starts before the first generation. `kind` replaces the experiment's `evolution.kind`."""
         seed = whole("seed", seed)
         if kind is None:
-            self._native = _native.Evolution(exp, seed)
+            self._native = _native.Evolution(checked(exp), seed)
         else:
             # An experiment of one kind need not have the key: what it evolves by has its name in any case.
-            own = _native.Evolution(exp, seed)
+            own = _native.Evolution(checked(exp), seed)
             self._native = own if own.kind == kind else _native.Evolution(exp._with([f"evolution.kind={kind}"]), seed)
 
     @property
@@ -123,7 +123,7 @@ class Evolution:
         """
         import numpy as np
 
-        fitness = np.ascontiguousarray(fitness, dtype=np.float32)
+        fitness = numbers("fitness", fitness, np.float32)
         count = len(self.ask())
         if fitness.ndim not in (1, 2) or len(fitness) != count or fitness.size == 0:
             shape = list(fitness.shape)
@@ -142,7 +142,7 @@ class Evolution:
         if descriptors is None:
             wanted = f"[{count}, {len(names)}] of {', '.join(names)}"
             raise InputError(f"descriptors: are needed by the optimiser {self.kind}; allowed: {wanted}")
-        own = np.asarray(descriptors, dtype=np.float64)
+        own = numbers("descriptors", descriptors, np.float64)
         known = self._native.experiment.descriptor_names
         if own.ndim not in (2, 3) or len(own) != count or own.shape[-1] not in (len(names), len(known)):
             shape = list(own.shape)

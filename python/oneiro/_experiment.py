@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from . import _native
@@ -42,14 +42,38 @@ def _inner(value: Any) -> str:
 
 def settings(values: Mapping[str, Any] | None) -> list[str]:
     """Settings as `--set` takes them. Called by `Experiment.load`."""
-    return [] if values is None else [f"{key}={_toml(value)}" for key, value in values.items()]
+    if values is None:
+        return []
+    if not isinstance(values, Mapping):
+        raise InputError(f'set: is {values!r}; allowed: values by their keys, such as {{"evolution.population": 50}}')
+    return [f"{key}={_toml(value)}" for key, value in values.items()]
+
+
+def checked(exp: Experiment) -> Experiment:
+    """The argument `exp`."""
+    if not isinstance(exp, Experiment):
+        raise InputError(f"exp: is {exp!r}; allowed: an Experiment, such as Experiment.load(path)")
+    return exp
+
+
+def numbers(name: str, values: Any, kind: type[np.floating[Any]]) -> NDArray[Any]:
+    """An argument as an array without gaps."""
+    import numpy as np
+
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind not in "biufO":
+            raise TypeError(f"{given.dtype} aren't numbers")
+        return np.ascontiguousarray(given, kind).reshape(given.shape)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: can't be made an array ({error}); allowed: numbers, in rows of one length") from None
 
 
 def whole(name: str, value: Any, least: int = 0) -> int:
     """A whole number from `least` to 2^63 - 1, as seeds are."""
     try:
         number = value.__index__()
-    except AttributeError:
+    except (AttributeError, TypeError):
         number = None
     if number is None or not least <= number < 2**63:
         raise InputError(f"{name}: is {value!r}; allowed: a whole number, {least} to 9223372036854775807")
@@ -72,30 +96,33 @@ def in_order(exp: Experiment, genomes: ArrayLike | Table) -> NDArray[np.float32]
         keys = getattr(genomes, "keys", None)
         names = keys() if callable(keys) else getattr(genomes, "columns", None)
     if names is None:
-        return np.ascontiguousarray(genomes, dtype=np.float32)
+        return numbers("genomes", genomes, np.float32)
     names = list(names)
     if not any(isinstance(name, str) for name in names):
         warnings.warn("genomes: the columns have no names, so they are taken in the order of gene_names", stacklevel=3)
-        return np.ascontiguousarray(genomes, dtype=np.float32)
+        return numbers("genomes", genomes, np.float32)
     places, warning = exp._gene_columns([str(name) for name in names])
     if warning is not None:
         warnings.warn(warning, stacklevel=3)
     table: Any = genomes
-    return np.stack([np.asarray(table[names[place]], dtype=np.float32) for place in places], axis=-1)
+    return np.stack([numbers(names[place], table[names[place]], np.float32) for place in places], axis=-1)
 
 
 def numbered(keys: ArrayLike, count: int) -> NDArray[np.uint64]:
     """Keys as a generation and a number of each of `count` genomes or robots."""
     import numpy as np
 
-    given = np.asarray(keys)
+    try:
+        given = np.asarray(keys)
+    except ValueError:
+        given = np.asarray(None)
     if given.dtype.kind not in "iu" or (given.size and given.min() < 0):
         raise InputError("keys: aren't whole numbers from 0 on; allowed: integers, [n] or [n, 2]")
     if given.shape not in [(count,), (count, 2)]:
         raise InputError(f"keys: have the shape {list(given.shape)}; allowed: [{count}] or [{count}, 2]")
-    numbers = np.zeros((count, 2), np.uint64)
-    numbers[:, 2 - given.ndim :] = given.reshape(count, -1)
-    return numbers
+    pairs = np.zeros((count, 2), np.uint64)
+    pairs[:, 2 - given.ndim :] = given.reshape(count, -1)
+    return pairs
 
 
 class Outcome(NamedTuple):
@@ -148,23 +175,24 @@ def evaluate(
     """
     import numpy as np
 
-    genomes = in_order(exp, genomes)
+    genomes = in_order(checked(exp), genomes)
     if genomes.ndim == 1:
         genomes = genomes[None]
     if genomes.ndim != 2 or genomes.shape[1] != exp.genes:
         raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, {exp.genes}]")
-    numbers, as_in_run = (None, False) if keys is None else (numbered(keys, len(genomes)), np.ndim(keys) == 2)
+    numbered_by, as_in_run = (None, False) if keys is None else (numbered(keys, len(genomes)), np.ndim(keys) == 2)
     if traces not in (None, False, True):
         raise InputError(f"traces: is {traces!r}; allowed: True, False or None")
-    measured: list[str] = []
-    if isinstance(descriptors, str):
-        raise InputError(
-            f"descriptors: is {descriptors!r}; allowed: a list of names, such as [{descriptors!r}], or True"
-        )
-    if descriptors is True or isinstance(descriptors, np.bool_):
+    measured: list[Any] = []
+    if isinstance(descriptors, (bool, np.bool_)):
         measured = exp.descriptor_names if descriptors else []
-    elif descriptors:
-        measured = [str(name) for name in descriptors]
+    elif descriptors is not None:
+        measured = list(descriptors) if isinstance(descriptors, Iterable) else [None]
+        if isinstance(descriptors, str) or not all(isinstance(name, str) for name in measured):
+            example = descriptors if isinstance(descriptors, str) else exp.descriptor_names[0]
+            raise InputError(
+                f"descriptors: is {descriptors!r}; allowed: a list of names, such as [{example!r}], or True"
+            )
     seed = whole("seed", seed)
     lives = whole("lives", (exp.trials if as_in_run else 1) if lives is None else lives, 1)
     with bar("evaluating") as progress:
@@ -172,7 +200,7 @@ def evaluate(
             exp,
             genomes,
             seed,
-            numbers,
+            numbered_by,
             as_in_run,
             lives,
             common_starts,

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode
 
 from . import _native
 from ._errors import InputError
-from ._experiment import whole
+from ._experiment import checked, numbers, whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class Episodes:
     def __init__(
         self, exp: Experiment, count: int, backend: str, mode: str | AutoresetMode = AutoresetMode.NEXT_STEP
     ) -> None:
-        self.native = _native.Stepped(exp, whole("num_envs", count, 1), backend)
+        self.native = _native.Stepped(checked(exp), whole("num_envs", count, 1), backend)
         self.count = count
         self.robots = self.native.robots
         self.names = self.native.names
@@ -62,9 +62,8 @@ class Episodes:
 
     def actions(self, actions: Any, shape: tuple[int, ...]) -> NDArray[Any]:
         """Actions of all episodes, which have this shape."""
-        actions = np.asarray(actions)
-        if actions.dtype != np.float32:
-            actions = actions.astype(np.float64)
+        is_single = getattr(actions, "dtype", None) == np.float32
+        actions = numbers("actions", actions, np.float32 if is_single else np.float64)
         if actions.shape != shape:
             raise InputError(f"actions: have the shape {list(actions.shape)}; allowed: {list(shape)}")
         # Not a number is no maximum either.
@@ -76,7 +75,7 @@ class Episodes:
                     f"actions{place}: is {actions[tuple(wrong[0])]}; allowed: -1 to 1; beyond, numbers are clipped"
                 )
             actions = np.clip(actions, -1, 1)
-        return np.ascontiguousarray(actions).reshape(self.count, self.robots, MOTORS)
+        return actions.reshape(self.count, self.robots, MOTORS)
 
     def reset(self, seed: Seeds, options: dict[str, Any] | None) -> None:
         """Begins all episodes, or those of `options["reset_mask"]`."""
@@ -172,6 +171,38 @@ class Episodes:
         """Begins episodes, and steps those that go on. What is refused changes nothing."""
         self.native.step(going, actions, (np.flatnonzero(which).astype(np.uintp), seeds[which], numbers[which]))
         self.seeds, self.numbers = seeds, numbers
+
+
+class Attributes:
+    """What a vector of environments tells of each of them."""
+
+    num_envs: int
+    single_observation_space: gymnasium.Space[Any]
+    single_action_space: gymnasium.Space[Any]
+    _episodes: Episodes
+
+    def _poses(self) -> NDArray[np.float32]:
+        raise NotImplementedError
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Calls each environment's method, or returns each one's attribute: those that `get_attr` has, and `render`."""
+        if name == "render":
+            return (None,) * self.num_envs
+        values = self.get_attr(name)
+        return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each environment: its `fitness` so far, `cycles` that have passed, its `pose`, or what all have."""
+        _, _, fitness, cycles, _ = self._episodes.native.state()
+        own = {"fitness": fitness, "cycles": cycles, "pose": self._poses()}
+        if name in own:
+            return tuple(own[name])
+        spaces = {"observation_space": self.single_observation_space, "action_space": self.single_action_space}
+        return (spaces[name] if name in spaces else getattr(self, name),) * self.num_envs
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Attributes of single environments can't be set."""
+        raise NotImplementedError("the environments share one object, whose attributes can't be set")
 
 
 def known(options: dict[str, Any] | None, allowed: list[str]) -> None:

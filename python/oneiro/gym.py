@@ -23,8 +23,9 @@ from gymnasium.vector.utils import batch_space
 
 from . import _native
 from ._errors import InputError
+from ._experiment import checked
 from ._native import Experiment
-from ._stepped import MOTORS, Episodes, known
+from ._stepped import MOTORS, Attributes, Episodes, known
 
 if TYPE_CHECKING:
     import os
@@ -37,12 +38,12 @@ __all__ = ["Env", "VectorEnv", "make", "make_vec"]
 
 def _single(exp: Experiment, count: int, backend: str, mode: str | AutoresetMode = AutoresetMode.NEXT_STEP) -> Episodes:
     """Episodes of single robots."""
-    if "robot.count" in exp.settings:
+    if "robot.count" in checked(exp).settings:
         raise InputError(f"{exp.name}: is a swarm; allowed: single robots here, and swarms in oneiro.pettingzoo")
     return Episodes(exp, count, backend, mode)
 
 
-class VectorEnv(gymnasium.vector.VectorEnv):
+class VectorEnv(Attributes, gymnasium.vector.VectorEnv):
     """Many environments, stepped together in the simulator's kernels.
 
     `infos` has the `fitness` of episodes that end with this step, their last `pose` (x and y in mm, and the heading in turns) and the
@@ -96,26 +97,8 @@ class VectorEnv(gymnasium.vector.VectorEnv):
                 infos["final_obs"][episode] = infos["final_obs"][episode][0]
         return observations[:, 0], rewards[:, 0], ended, truncated, infos
 
-    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Calls each environment's method, or returns each one's attribute: those that `get_attr` has, and `render`."""
-        if name == "render":
-            return (None,) * self.num_envs
-        values = self.get_attr(name)
-        return tuple(value(*args, **kwargs) if callable(value) else value for value in values)
-
-    def get_attr(self, name: str) -> tuple[Any, ...]:
-        """An attribute of each environment: its `fitness` so far, `cycles` that have passed, its `pose`, or what all have."""
-        native = self._episodes.native
-        _, _, fitness, cycles, _ = native.state()
-        own = {"fitness": fitness, "cycles": cycles, "pose": native.poses()[:, 0]}
-        if name in own:
-            return tuple(own[name])
-        spaces = {"observation_space": self.single_observation_space, "action_space": self.single_action_space}
-        return (spaces[name] if name in spaces else getattr(self, name),) * self.num_envs
-
-    def set_attr(self, name: str, values: Any) -> None:
-        """Attributes of single environments can't be set."""
-        raise NotImplementedError("the environments share one object, whose attributes can't be set")
+    def _poses(self) -> NDArray[np.float32]:
+        return self._episodes.native.poses()[:, 0]
 
 
 class Env(gymnasium.Env):

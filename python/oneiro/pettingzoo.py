@@ -14,17 +14,19 @@ switched on from the start, and their intervals begin together. There is no on-b
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
 import pettingzoo
 from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
 
 from . import _native
 from ._errors import InputError
-from ._experiment import whole
-from ._stepped import MOTORS, Episodes
+from ._experiment import checked, numbers, whole
+from ._stepped import MOTORS, Attributes, Episodes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,7 +100,7 @@ def _swarm(exp: Experiment, count: int, backend: str, mode: str | AutoresetMode)
 
 def _is_foraging(exp: Experiment) -> bool:
     """Whether it is of the foraging study."""
-    return any(key.startswith("swarm.") for key in exp.settings)
+    return any(key.startswith("swarm.") for key in checked(exp).settings)
 
 
 class ParallelEnv(pettingzoo.ParallelEnv):
@@ -150,12 +152,14 @@ class ParallelEnv(pettingzoo.ParallelEnv):
         """Steps all robots by one cycle. At the end of an episode each info has its `fitness`, except in the foraging study."""
         if not self.agents:
             return {}, {}, {}, {}, {}
-        if set(actions) != set(self.agents):
-            raise InputError(f"actions: are of {sorted(actions)}; allowed: one for each of {self.agents}")
-        told = np.stack([np.asarray(actions[agent], np.float64) for agent in self.agents])
-        if told.shape[1:] != (MOTORS,):
-            raise InputError(f"actions: have the shape {list(told.shape[1:])}; allowed: [{MOTORS}]")
-        readings, rewards, terminated, truncated, info = self._arena.step(told)
+        if not isinstance(actions, Mapping) or set(actions) != set(self.agents):
+            given = f"of {list(actions)}" if isinstance(actions, Mapping) else f"{type(actions).__name__}"
+            raise InputError(f"actions: are {given}; allowed: one for each of {self.agents}")
+        told = [numbers(f"actions[{agent!r}]", actions[agent], np.float64) for agent in self.agents]
+        for agent, own in zip(self.agents, told, strict=True):
+            if own.shape != (MOTORS,):
+                raise InputError(f"actions[{agent!r}]: has the shape {list(own.shape)}; allowed: [{MOTORS}]")
+        readings, rewards, terminated, truncated, info = self._arena.step(np.stack(told))
         agents = self.agents
         if terminated or truncated:
             self.agents = []
@@ -177,12 +181,15 @@ class ParallelEnv(pettingzoo.ParallelEnv):
         """Ends."""
 
 
-class VectorEnv:
+class VectorEnv(Attributes):
     """Many arenas of a swarm, stepped together in the simulator's kernels: all arrays are `[num_envs, robots, ..]`.
 
     It is used like `oneiro.gym.VectorEnv`, with the same seeds and modes. Observations and rewards have a row for each robot, and so has
-    `pose` in `infos`; `fitness`, and whether an episode is terminated or truncated, are of the whole arena. Not for the foraging study.
+    `pose` in `infos`; `fitness`, and whether an episode is terminated or truncated, are of the whole arena. `single_observation_space`
+    and `single_action_space` are a robot's. Not for the foraging study.
     """
+
+    metadata: dict[str, Any] = {"name": "oneiro_swarm_v0", "render_modes": []}
 
     def __init__(
         self,
@@ -202,7 +209,11 @@ class VectorEnv:
         self.robots = self._episodes.robots
         self.autoreset_mode = self._episodes.mode
         self.readings = list(self._episodes.names)
-        self.observation_space, self.action_space = self._episodes.spaces()
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self.render_mode = None
+        self.single_observation_space, self.single_action_space = self._episodes.spaces()
+        rows = (batch_space(space, self.robots) for space in self._episodes.spaces())
+        self.observation_space, self.action_space = (batch_space(space, num_envs) for space in rows)
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -219,6 +230,9 @@ class VectorEnv:
 
     def state(self) -> NDArray[np.float32]:
         """All robots' poses, `[num_envs, robots, 3]`: x and y in mm, and the heading in turns."""
+        return self._poses()
+
+    def _poses(self) -> NDArray[np.float32]:
         return self._episodes.native.poses()
 
     def close(self) -> None:

@@ -1,16 +1,23 @@
 //! Controllers that are stepped with readings from elsewhere.
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use oneiro::export::Input;
 use oneiro_host::api::controller as api;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 
 use crate::experiment::Experiment;
-use crate::{class, done, raised};
+use crate::{Shared, class, done, raised};
 
 /// The controllers of some robots.
-#[pyclass(module = "oneiro._native")]
-pub(crate) struct Controllers(api::Controllers);
+#[pyclass(frozen, module = "oneiro._native")]
+pub(crate) struct Controllers(Shared<api::Controllers>);
+
+/// A row for each robot, of its left and its right motor.
+fn pairs(py: Python<'_>, values: Vec<f32>) -> PyResult<Bound<'_, PyArray2<f32>>> {
+    let robots = values.len() / 2;
+    PyArray1::from_vec(py, values).reshape([robots, 2])
+}
 
 #[pymethods]
 impl Controllers {
@@ -23,7 +30,7 @@ impl Controllers {
         robots: usize,
     ) -> PyResult<Self> {
         let (experiment, genomes) = (&experiment.get().0, genomes.as_slice()?);
-        done(py, || api::Controllers::new(experiment, genomes, number, robots)).map(Self)
+        done(py, || api::Controllers::new(experiment, genomes, number, robots)).map(|own| Self(Shared::new(own)))
     }
 
     #[classmethod]
@@ -39,18 +46,15 @@ impl Controllers {
         let experiment = &experiment.get().0;
         let mut own = done(py, || api::Controllers::new(experiment, &genomes, number, robots))?;
         own.restore(&states).map_err(|error| raised(py, &error))?;
-        Ok(Self(own))
+        Ok(Self(Shared::new(own)))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let (experiment, genomes, number) = self.0.parts();
-        let arguments = (
-            Experiment(experiment.clone()),
-            genomes,
-            number,
-            self.0.robots(),
-            self.0.states(),
-        );
+        let arguments = self.0.with(py, |own| {
+            let (experiment, genomes, number) = own.parts();
+            let experiment = Experiment(experiment.clone());
+            (experiment, genomes.to_vec(), number, own.robots(), own.states())
+        });
         Ok((
             class::<Self>(py).getattr("_restored")?,
             arguments.into_pyobject(py)?.into_any(),
@@ -58,50 +62,45 @@ impl Controllers {
     }
 
     #[getter]
-    fn experiment(&self) -> Experiment {
-        Experiment(self.0.parts().0.clone())
+    fn experiment(&self, py: Python<'_>) -> Experiment {
+        Experiment(self.0.with(py, |own| own.parts().0.clone()))
     }
 
     #[getter]
-    fn kind(&self) -> &str {
-        self.0.kind()
+    fn kind(&self, py: Python<'_>) -> String {
+        self.0.with(py, |own| own.kind().to_owned())
     }
 
     #[getter]
-    fn robots(&self) -> usize {
-        self.0.robots()
+    fn robots(&self, py: Python<'_>) -> usize {
+        self.0.with(py, |own| own.robots())
     }
 
     /// Name, and unit, range and meaning of each reading.
     #[getter]
-    fn inputs(&self) -> Vec<(String, String)> {
-        let all = self.0.inputs().iter();
-        all.map(|input| (input.name.clone(), input.about.clone())).collect()
+    fn inputs(&self, py: Python<'_>) -> Vec<(String, String)> {
+        let words = |input: &Input| (input.name.clone(), input.about.clone());
+        self.0.with(py, |own| own.inputs().iter().map(words).collect())
     }
 
     #[getter]
     fn cycles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        PyArray1::from_vec(py, self.0.cycles())
+        PyArray1::from_vec(py, self.0.with(py, |own| own.cycles()))
     }
 
-    fn reset(&mut self, seed: u64, numbers: PyReadonlyArray2<'_, u64>, life: usize) -> PyResult<()> {
-        self.0.reset(seed, numbers.as_slice()?.as_chunks().0, life);
+    fn reset(&self, py: Python<'_>, seed: u64, numbers: PyReadonlyArray2<'_, u64>, life: usize) -> PyResult<()> {
+        let numbers = numbers.as_slice()?.as_chunks().0;
+        self.0.with(py, |own| own.reset(seed, numbers, life));
         Ok(())
     }
 
-    fn step<'py>(
-        &mut self,
-        py: Python<'py>,
-        readings: PyReadonlyArray1<'_, f32>,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    fn step<'py>(&self, py: Python<'py>, readings: PyReadonlyArray1<'_, f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let readings = readings.as_slice()?;
-        let outputs = done(py, || self.0.step(readings))?;
-        PyArray1::from_vec(py, outputs).reshape([self.0.robots(), 2])
+        pairs(py, self.0.done(py, |own| own.step(readings))?)
     }
 
     fn wheels<'py>(&self, py: Python<'py>, outputs: PyReadonlyArray1<'_, f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let outputs = outputs.as_slice()?;
-        let speeds = done(py, || self.0.wheels(outputs))?;
-        PyArray1::from_vec(py, speeds).reshape([self.0.robots(), 2])
+        pairs(py, self.0.done(py, |own| own.wheels(outputs))?)
     }
 }

@@ -16,6 +16,7 @@ mod watched;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -45,7 +46,26 @@ fn done<T: Send>(py: Python<'_>, work: impl FnOnce() -> api::Result<T> + Send) -
     py.detach(work).map_err(|error| raised(py, &error))
 }
 
-/// The same on another thread, so that Ctrl-C stops it, and with a function that is called with the robot-steps done and in all.
+/// What a Python object holds. Its threads wait for each other.
+pub(crate) struct Shared<T>(Mutex<T>);
+
+impl<T: Send> Shared<T> {
+    fn new(own: T) -> Self {
+        Self(Mutex::new(own))
+    }
+
+    /// Works with it, without holding Python's lock, for which another thread that works with it may wait.
+    fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> R {
+        py.detach(|| work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner)))
+    }
+
+    /// The same for work that may fail.
+    fn done<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut T) -> api::Result<R> + Send) -> PyResult<R> {
+        self.with(py, work).map_err(|error| raised(py, &error))
+    }
+}
+
+/// [`done`] on another thread, so that Ctrl-C stops it, and with a function that is called with the robot-steps done and in all.
 fn watched<T: Send>(
     py: Python<'_>,
     task: &Task,

@@ -1,15 +1,19 @@
 //! Episodes that are commanded cycle by cycle.
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
-use oneiro_host::api::{Task, stepped as api};
+use oneiro_host::api::{Task, experiment as api_experiment, stepped as api};
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 
-use crate::done;
+use crate::{Shared, class, done};
 use crate::experiment::Experiment;
 
 /// Episodes in an experiment's world.
-#[pyclass(module = "oneiro._native")]
-pub(crate) struct Stepped(api::Stepped);
+#[pyclass(frozen, module = "oneiro._native")]
+pub(crate) struct Stepped {
+    own: Shared<api::Stepped>,
+    experiment: api_experiment::Experiment,
+}
 
 /// Readings, rewards, fitness, cycles, and whether episodes have ended early.
 type State<'py> = (
@@ -53,80 +57,123 @@ impl Actions<'_> {
 impl Stepped {
     #[new]
     fn new(py: Python<'_>, experiment: &Bound<'_, Experiment>, lives: usize, backend: &str) -> PyResult<Self> {
-        let experiment = &experiment.get().0;
-        done(py, || api::Stepped::new(experiment, lives, backend)).map(Self)
+        let experiment = experiment.get().0.clone();
+        let own = done(py, || api::Stepped::new(&experiment, lives, backend))?;
+        let own = Shared::new(own);
+        Ok(Self { own, experiment })
+    }
+
+    #[classmethod]
+    fn _restored(
+        _: &Bound<'_, PyType>,
+        py: Python<'_>,
+        experiment: &Bound<'_, Experiment>,
+        lives: usize,
+        backend: &str,
+        state: PyReadonlyArray1<'_, u32>,
+    ) -> PyResult<Self> {
+        let made = Self::new(py, experiment, lives, backend)?;
+        let state = state.as_slice()?;
+        made.own.done(py, |own| own.restore(state))?;
+        Ok(made)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (lives, backend, state) = self.own.with(py, |own| {
+            let (lives, backend) = own.parts();
+            (lives, backend.to_owned(), own.state().saved())
+        });
+        let experiment = Experiment(self.experiment.clone());
+        let arguments = (experiment, lives, backend, PyArray1::from_vec(py, state));
+        Ok((
+            class::<Self>(py).getattr("_restored")?,
+            arguments.into_pyobject(py)?.into_any(),
+        ))
     }
 
     #[getter]
-    fn names(&self) -> Vec<String> {
-        self.0.names()
+    fn names(&self, py: Python<'_>) -> Vec<String> {
+        self.own.with(py, |own| own.names())
     }
 
     /// Robots of an episode.
     #[getter]
-    fn robots(&self) -> usize {
-        self.0.state().robots()
+    fn robots(&self, py: Python<'_>) -> usize {
+        self.own.with(py, |own| own.state().robots())
     }
 
     /// Which readings are 0 to 1.
     #[getter]
-    fn bounded(&self) -> Vec<bool> {
-        self.0.bounded()
+    fn bounded(&self, py: Python<'_>) -> Vec<bool> {
+        self.own.with(py, |own| own.bounded())
     }
 
     #[getter]
-    fn length(&self) -> u32 {
-        self.0.length()
+    fn length(&self, py: Python<'_>) -> u32 {
+        self.own.with(py, |own| own.length())
     }
 
     /// Steps episodes, by their numbers or all, by one cycle with `[episodes, robots, 2]` actions, and begins others.
     fn step(
-        &mut self,
+        &self,
         py: Python<'_>,
         who: Option<PyReadonlyArray1<'_, usize>>,
         actions: Option<Actions<'_>>,
         begin: Option<Beginning<'_>>,
     ) -> PyResult<()> {
         let commands = actions.map_or_else(|| Ok(Vec::new()), |actions| actions.commands())?;
-        let who = match who {
-            Some(who) => who.as_slice()?.to_vec(),
-            None if commands.is_empty() => Vec::new(),
-            None => (0..self.0.state().cycles().len()).collect(),
-        };
+        let who = who.map(|who| who.as_slice().map(<[_]>::to_vec)).transpose()?;
         let mut lives = Vec::new();
         if let Some((who, seeds, numbers)) = &begin {
             let numbers = numbers.as_slice()?.as_chunks().0;
             let each = who.as_slice()?.iter().zip(seeds.as_slice()?).zip(numbers);
             lives.extend(each.map(|((&life, &seed), &numbers)| (life, seed, numbers)));
         }
-        done(py, || self.0.step(&who, &commands, &lives, &Task::default()))
+        self.own.done(py, |own| {
+            let all = if commands.is_empty() { 0 } else { own.parts().0 };
+            let who = who.unwrap_or_else(|| (0..all).collect());
+            own.step(&who, &commands, &lives, &Task::default())
+        })
     }
 
     /// The state of episodes, in new arrays.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<State<'py>> {
-        let state = self.0.state();
-        let [lives, robots] = [state.cycles().len(), state.robots()];
-        let readings = state.readings().len() / lives / robots;
+        let (robots, readings, rewards, fitness, cycles, ended) = self.own.with(py, |own| {
+            let state = own.state();
+            (
+                state.robots(),
+                state.readings().to_vec(),
+                state.rewards().to_vec(),
+                state.fitness().to_vec(),
+                state.cycles().to_vec(),
+                state.ended().to_vec(),
+            )
+        });
+        let lives = cycles.len();
+        let each = readings.len() / lives / robots;
         Ok((
-            PyArray1::from_slice(py, state.readings()).reshape([lives, robots, readings])?,
-            PyArray1::from_slice(py, state.rewards()).reshape([lives, robots])?,
-            PyArray1::from_slice(py, state.fitness()),
-            PyArray1::from_slice(py, state.cycles()),
-            PyArray1::from_slice(py, state.ended()),
+            PyArray1::from_vec(py, readings).reshape([lives, robots, each])?,
+            PyArray1::from_vec(py, rewards).reshape([lives, robots])?,
+            PyArray1::from_vec(py, fitness),
+            PyArray1::from_vec(py, cycles),
+            PyArray1::from_vec(py, ended),
         ))
     }
 
     /// Poses of all robots: x and y in mm, and the heading in turns.
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let state = self.0.state();
-        let [lives, robots] = [state.cycles().len(), state.robots()];
-        PyArray1::from_slice(py, state.poses().as_flattened()).reshape([lives, robots, 3])
+        let (robots, poses) = self.own.with(py, |own| {
+            let state = own.state();
+            (state.robots(), state.poses().as_flattened().to_vec())
+        });
+        let lives = poses.len() / robots / 3;
+        PyArray1::from_vec(py, poses).reshape([lives, robots, 3])
     }
 }
 
 /// The arena of the foraging study.
-#[pyclass(module = "oneiro._native")]
-pub(crate) struct Arena(api::Arena);
+#[pyclass(frozen, module = "oneiro._native")]
+pub(crate) struct Arena(Shared<api::Arena>);
 
 /// Readings, and rewards.
 type Robots<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f32>>);
@@ -136,7 +183,7 @@ impl Arena {
     #[new]
     fn new(py: Python<'_>, experiment: &Bound<'_, Experiment>, backend: &str) -> PyResult<Self> {
         let experiment = &experiment.get().0;
-        done(py, || api::Arena::new(experiment, backend)).map(Self)
+        done(py, || api::Arena::new(experiment, backend)).map(|own| Self(Shared::new(own)))
     }
 
     #[classattr]
@@ -145,41 +192,42 @@ impl Arena {
     }
 
     #[getter]
-    fn robots(&self) -> usize {
-        self.0.robots()
+    fn robots(&self, py: Python<'_>) -> usize {
+        self.0.with(py, |own| own.robots())
     }
 
     #[getter]
-    fn length(&self) -> u32 {
-        self.0.length()
+    fn length(&self, py: Python<'_>) -> u32 {
+        self.0.with(py, |own| own.length())
     }
 
     #[getter]
-    fn cycle(&self) -> u32 {
-        self.0.cycle()
+    fn cycle(&self, py: Python<'_>) -> u32 {
+        self.0.with(py, |own| own.cycle())
     }
 
-    fn begin(&mut self, py: Python<'_>, seed: u64, life: u64) -> PyResult<()> {
-        done(py, || self.0.begin(seed, life))
+    fn begin(&self, py: Python<'_>, seed: u64, life: u64) -> PyResult<()> {
+        self.0.done(py, |own| own.begin(seed, life))
     }
 
-    fn step(&mut self, py: Python<'_>, speeds: PyReadonlyArray2<'_, f32>) -> PyResult<()> {
+    fn step(&self, py: Python<'_>, speeds: PyReadonlyArray2<'_, f32>) -> PyResult<()> {
         let speeds = speeds.as_slice()?;
-        done(py, || self.0.step(speeds))
+        self.0.done(py, |own| own.step(speeds))
     }
 
     /// The state of robots, in new arrays.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Robots<'py>> {
-        let readings = PyArray1::from_vec(py, self.0.readings());
+        let (readings, rewards) = self.0.with(py, |own| (own.readings(), own.rewards().to_vec()));
+        let shape = [rewards.len(), api::ROBOT_READINGS.len()];
         Ok((
-            readings.reshape([self.0.robots(), api::ROBOT_READINGS.len()])?,
-            PyArray1::from_slice(py, self.0.rewards()),
+            PyArray1::from_vec(py, readings).reshape(shape)?,
+            PyArray1::from_vec(py, rewards),
         ))
     }
 
     /// Poses of all robots: x and y in mm, and the heading in turns.
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let poses = self.0.poses();
+        let poses = self.0.with(py, |own| own.poses());
         PyArray1::from_slice(py, poses.as_flattened()).reshape([poses.len(), 3])
     }
 }

@@ -1,5 +1,6 @@
 """Environments: the simulator's lives, and the interfaces as their own checkers have them."""
 
+import copy
 import pickle
 import re
 import subprocess
@@ -528,3 +529,121 @@ def test_stable_baselines(kheperax):
 def test_experiments_pickle_in_environments(kheperax):
     env = Env(pickle.loads(pickle.dumps(kheperax)))
     assert (env.reset(seed=1)[0] == Env(kheperax).reset(seed=1)[0]).all()
+
+
+def test_threads_wait_for_each_other(avoidance):
+    """Objects that several threads use at once: each does what is asked, in some order."""
+    import threading
+
+    envs = VectorEnv(avoidance, 64)
+    envs.reset(seed=1)
+    evolution = oneiro.Evolution(avoidance, seed=1)
+    controller = oneiro.Controller(avoidance, evolution.ask()[:8])
+    failures, native = [], envs._episodes.native
+
+    def work():
+        try:
+            for _ in range(15):
+                native.step(None, np.zeros((64, 1, 2), np.float32), None)
+                native.state()
+                evolution.ask()
+                evolution.state()
+                controller.step(np.zeros((8, len(controller.inputs))))
+        except Exception as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures
+    assert (native.state()[3] == 60).all() and controller.cycle == 60
+
+
+@pytest.mark.parametrize("name", ["discrimination", "map-maze", "aggregation"])
+def test_environments_go_on_after_pickling(name):
+    """A copy that is made within an episode has the same future."""
+    from oneiro import pettingzoo
+
+    exp = oneiro.Experiment.load(EXPERIMENTS / f"{name}.toml")
+    is_swarm = "robot.count" in exp.settings
+    envs = (pettingzoo.VectorEnv if is_swarm else VectorEnv)(exp, 5)
+    one = pettingzoo.ParallelEnv(exp) if is_swarm else Env(exp)
+    shape = envs.action_space.shape
+    generator = np.random.default_rng(2)
+
+    def alone(actions):
+        if is_swarm:
+            return dict(zip(one.agents, actions[0], strict=True))
+        return actions[0]
+
+    envs.reset(seed=1)
+    one.reset(seed=1)
+    for _ in range(30):
+        actions = generator.uniform(-1, 1, shape)
+        envs.step(actions)
+        one.step(alone(actions))
+    for copied in (lambda it: pickle.loads(pickle.dumps(it)), copy.deepcopy):
+        envs, one = copied(envs), copied(one)
+        twin, other = copied(envs), copied(one)
+        for _ in range(40):
+            actions = generator.uniform(-1, 1, shape)
+            for ours, theirs in zip(envs.step(actions)[:4], twin.step(actions)[:4], strict=True):
+                assert (ours == theirs).all()
+            ours, theirs = one.step(alone(actions))[0], other.step(alone(actions))[0]
+            assert str(ours) == str(theirs)
+    assert (envs.reset()[0] == twin.reset()[0]).all()
+
+
+def test_vectors_of_swarms_have_what_vectors_have():
+    from oneiro import pettingzoo
+
+    exp = oneiro.Experiment.load(EXPERIMENTS / "aggregation.toml")
+    envs = pettingzoo.VectorEnv(exp, 3, "SameStep")
+    observations, _ = envs.reset(seed=1)
+    robots, readings = envs.robots, len(envs.readings)
+    assert envs.observation_space.shape == (3, robots, readings) == observations.shape
+    assert envs.single_observation_space.shape == (readings,) and envs.single_action_space.shape == (2,)
+    assert envs.action_space.shape == (3, robots, 2) and envs.action_space.contains(envs.action_space.sample())
+    assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    envs.step(envs.action_space.sample())
+    assert envs.get_attr("cycles") == (1, 1, 1) and envs.get_attr("pose")[2].shape == (robots, 3)
+    assert (np.stack(envs.get_attr("pose")) == envs.state()).all()
+    assert envs.call("robots") == (robots,) * 3 and envs.call("render") == (None,) * 3
+    with pytest.raises(NotImplementedError):
+        envs.set_attr("exp", [1, 2, 3])
+
+
+WRONG = ["abc", object(), [[1, 2], [3]], {"a": 1}, 1j, np.zeros((2, 2), complex), np.array(["x"])]
+
+
+@pytest.mark.parametrize("value", WRONG, ids=lambda value: str(type(value).__name__))
+def test_values_of_other_kinds_are_refused_by_name(kheperax, value):
+    genomes = np.zeros((2, kheperax.genes))
+    env, envs = Env(kheperax), VectorEnv(kheperax, 2)
+    env.reset(seed=1)
+    envs.reset(seed=1)
+    evolution = oneiro.Evolution(kheperax, seed=1)
+    controller = oneiro.Controller(kheperax, genomes[0])
+    calls = {
+        "genomes": lambda: oneiro.evaluate(kheperax, value, seed=1),
+        "seed": lambda: oneiro.evaluate(kheperax, genomes, seed=value),
+        "keys": lambda: oneiro.evaluate(kheperax, genomes, seed=1, keys=value),
+        "lives": lambda: oneiro.evaluate(kheperax, genomes, seed=1, lives=value),
+        "descriptors": lambda: oneiro.evaluate(kheperax, genomes, seed=1, descriptors=value),
+        "exp": lambda: oneiro.evaluate(value, genomes, seed=1),
+        "fitness": lambda: evolution.tell(value),
+        "actions": lambda: env.step(value),
+        "actions of several": lambda: envs.step(value),
+        "readings": lambda: controller.step(value),
+        "num_envs": lambda: VectorEnv(kheperax, value),
+        "exp of an environment": lambda: Env(value),
+        "exp of an evolution": lambda: oneiro.Evolution(value, seed=1),
+        "set": lambda: kheperax.with_(value),
+    }
+    for name, call in calls.items():
+        if isinstance(value, dict) and name in ("genomes", "set"):
+            continue
+        with pytest.raises(oneiro.InputError, match=rf"^{name.split()[0]}\b"):
+            call()

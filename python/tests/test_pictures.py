@@ -124,6 +124,25 @@ def test_saved_experiments_load_again(name, tmp_path, monkeypatch):
         exp.save(tmp_path / "none" / "mine.toml")
 
 
+def test_experiments_share_a_folder_as_they_share_files(tmp_path):
+    exp = oneiro.Experiment.example("homing")
+    other = exp.with_({"evolution.population": 50})
+    exp.save(tmp_path / "one.toml")
+    exp.save(tmp_path / "one.toml")
+    other.save(tmp_path / "other.toml")
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    # Neither a file that it names nor the experiment itself is replaced by another.
+    (tmp_path / "elsewhere").mkdir()
+    task = tmp_path / "elsewhere" / "task.wgsl"
+    task.write_text((tmp_path / "inputs" / "task.wgsl").read_text() + "// Changed.\n")
+    changed = exp.with_({"task.part": str(task)})
+    for exp_of, name in [(changed, "third.toml"), (other, "one.toml")]:
+        with pytest.raises(oneiro.InputError, match="has another content; allowed: a new file, or another folder"):
+            exp_of.save(tmp_path / name)
+    assert {path: path.read_bytes() for path in before} == before and not (tmp_path / "third.toml").exists()
+    assert oneiro.Experiment.load(tmp_path / "one.toml") == exp
+
+
 def test_other_values(tmp_path):
     exp = oneiro.Experiment.example("homing")
     other = exp.with_({"cycles": 50, "evolution.population": 30})

@@ -185,6 +185,62 @@ impl Stepped {
         &self.alive
     }
 
+    /// All that changes, as words: [`Stepped::restore`] takes them.
+    pub fn saved(&self) -> Vec<u32> {
+        let flags = |flags: &[bool]| flags.iter().map(|&flag| flag.into()).collect::<Vec<u32>>();
+        let keys = self.keys.iter();
+        let keys = keys.flat_map(|key| [key.words[0], key.words[1], key.trial, key.generation]);
+        [
+            &keys.collect::<Vec<u32>>()[..],
+            &self.cycles,
+            &flags(&self.alive),
+            &flags(&self.ended),
+            &self.states,
+            bytemuck::cast_slice(&self.readings),
+            bytemuck::cast_slice(&self.rewards),
+            bytemuck::cast_slice(&self.poses),
+            bytemuck::cast_slice(&self.fitness),
+        ]
+        .concat()
+    }
+
+    /// Continues from the words of episodes in the same world, as many as these.
+    ///
+    /// # Errors
+    /// Another number of words; then nothing has changed.
+    pub fn restore(&mut self, words: &[u32]) -> Result<(), Invalid> {
+        let allowed = self.saved().len();
+        if words.len() != allowed {
+            let problem = format!("has {} words; allowed: {allowed}", words.len());
+            return Err(Invalid::new("state", problem));
+        }
+        let mut rest = words;
+        let mut next = |count: usize| {
+            let (taken, after) = rest.split_at(count);
+            rest = after;
+            taken
+        };
+        let episodes = self.keys.len();
+        for (key, &[low, high, trial, generation]) in self.keys.iter_mut().zip(next(4 * episodes).as_chunks().0) {
+            *key = Key {
+                words: [low, high],
+                trial,
+                generation,
+            };
+        }
+        self.cycles.copy_from_slice(next(episodes));
+        for flags in [&mut self.alive, &mut self.ended] {
+            *flags = next(episodes).iter().map(|&word| word != 0).collect();
+        }
+        let mut fill = |values: &mut [u32]| values.copy_from_slice(next(values.len()));
+        fill(&mut self.states);
+        fill(bytemuck::cast_slice_mut(&mut self.readings));
+        fill(bytemuck::cast_slice_mut(&mut self.rewards));
+        fill(bytemuck::cast_slice_mut(&mut self.poses));
+        fill(bytemuck::cast_slice_mut(&mut self.fitness));
+        Ok(())
+    }
+
     /// Begins episodes anew, each with the key of its random numbers, and reads their sensors.
     ///
     /// # Errors

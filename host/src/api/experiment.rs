@@ -154,10 +154,11 @@ impl Experiment {
         }
     }
 
-    /// Writes it to a file, with every value written out, and the files that it names beside it.
+    /// Writes it to a file, with every value written out, and the files that it names beside it. Files that are there and have the same
+    /// content stay, so that experiments that share files share a folder.
     ///
     /// # Errors
-    /// Exit 6 if something can't be written.
+    /// Exit 3 if a file with another content is there: then nothing is written. Exit 6 if something can't be read or written.
     pub fn save(&self, path: &Path) -> Result {
         let Portable { toml, files } = self.portable();
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -170,7 +171,20 @@ impl Experiment {
             return Err(Error::input(problem));
         };
         let files = files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..]));
-        Ok(write_all(folder, files.chain([(&*name, toml.as_bytes())]))?)
+        let mut missing = Vec::new();
+        for (name, bytes) in files.chain([(&*name, toml.as_bytes())]) {
+            let path = folder.join(name);
+            match fs::read(&path) {
+                Ok(there) if there == bytes => (),
+                Ok(_) => {
+                    let problem = "has another content; allowed: a new file, or another folder";
+                    return Err(Error::input(format_args!("{}: {problem}", path.display())));
+                }
+                Err(error) if error.kind() == io::ErrorKind::NotFound => missing.push((name, bytes)),
+                Err(error) => return Err(Failure::storage(&path, &error).into()),
+            }
+        }
+        Ok(write_all(folder, missing.into_iter())?)
     }
 
     /// Its arena; the first one if it varies.

@@ -5,6 +5,7 @@ use oneiro::foraging::Drive;
 use oneiro::random::Key;
 use oneiro::reference::Model;
 use oneiro::swarm::{Command, Driven, Lamp, Swarm};
+use oneiro_base::exit::Failure;
 use oneiro_lab::experiment::check_seed;
 
 use super::experiment::Experiment;
@@ -59,6 +60,19 @@ impl Stepped {
     /// Most cycles of a life.
     pub fn length(&self) -> u32 {
         self.length
+    }
+
+    /// What [`Stepped::new`] was given: the number of lives, and the device.
+    pub fn parts(&self) -> (usize, &str) {
+        (self.own.cycles().len(), &self.backend)
+    }
+
+    /// Continues from what [`oneiro::stepped::Stepped::saved`] returned.
+    ///
+    /// # Errors
+    /// Exit 5 for another number of words; then nothing has changed.
+    pub fn restore(&mut self, words: &[u32]) -> Result {
+        self.own.restore(words).map_err(|problem| Failure::corrupt(problem).into())
     }
 
     /// What lives are now.
