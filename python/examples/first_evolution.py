@@ -11,7 +11,7 @@ import numpy as np
 import oneiro
 
 GENERATIONS = 60
-FRESH_LIVES = 1000
+FRESH_EPISODES = 1000
 
 exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml", set={"evolution.generations": GENERATIONS})
 print(f"{exp.name}: {exp.genes} genes, {exp.trials} episode of each individual in a generation")
@@ -24,7 +24,7 @@ print(f"{exp.name}: {exp.genes} genes, {exp.trials} episode of each individual i
 evolution = oneiro.Evolution(exp, seed=1)
 scores = []
 while not evolution.is_finished:
-    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, lives=exp.trials)
+    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, episodes=exp.trials)
     scores.append(outcome.fitness.mean(axis=1))
     evolution.tell(outcome.fitness)
 
@@ -40,6 +40,6 @@ axes.legend()
 
 # %%
 luckiest = evolution.luckiest
-fresh = oneiro.evaluate(exp, luckiest.genome, seed=2, lives=FRESH_LIVES).fitness[0]
+fresh = oneiro.evaluate(exp, luckiest.genome, seed=2, episodes=FRESH_EPISODES).fitness[0]
 error = fresh.std(ddof=1) / np.sqrt(fresh.size)
 print(f"luckiest episode {luckiest.score:.1f}, mean of {fresh.size} new episodes {fresh.mean():.1f} +- {error:.1f}")

@@ -19,7 +19,7 @@ FOLDER = Path(tempfile.mkdtemp()) / "cma"
 
 exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml")
 search = cma.CMAEvolutionStrategy(np.zeros(exp.genes), 1.0, {"popsize": 40, "seed": 1, "verbose": -9})
-recorder = oneiro.Recorder(exp, seed=1, out=FOLDER, optimiser=f"cma {cma.__version__}", lives=5)
+recorder = oneiro.Recorder(exp, seed=1, out=FOLDER, optimiser=f"cma {cma.__version__}", episodes=5)
 
 # %% [markdown]
 # All genomes of a generation get the same random numbers, so that luck doesn't decide between them.
@@ -46,7 +46,7 @@ search = evolve(recorder, search, GENERATIONS)
 
 # %%
 print(recorder.audit(share=0.05))
-best = oneiro.evaluate(exp, search.result.xfavorite, seed=2, lives=1000).fitness
+best = oneiro.evaluate(exp, search.result.xfavorite, seed=2, episodes=1000).fitness
 print(
     f"{best.mean():.1f} +- {best.std() / np.sqrt(best.size):.1f}, mean of {best.size} new episodes and its standard error"
 )

@@ -15,7 +15,7 @@ import oneiro.sb3
 
 STEPS = 400_000
 ENVIRONMENTS = 16
-FRESH_LIVES = 64
+FRESH_EPISODES = 64
 
 exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml")
 envs = oneiro.sb3.VecEnv(exp, ENVIRONMENTS)
@@ -30,9 +30,9 @@ model.learn(STEPS)
 # `oneiro.evaluate` with that seed, so both get the same starts and the same noise.
 
 # %%
-judges = oneiro.gym.VectorEnv(exp, FRESH_LIVES)
+judges = oneiro.gym.VectorEnv(exp, FRESH_EPISODES)
 observations, _ = judges.reset(seed=2)
-policy, done = np.zeros(FRESH_LIVES), np.zeros(FRESH_LIVES, bool)
+policy, done = np.zeros(FRESH_EPISODES), np.zeros(FRESH_EPISODES, bool)
 while not done.all():
     actions, _ = model.predict(observations, deterministic=True)
     observations, _, terminated, truncated, infos = judges.step(actions)
@@ -41,15 +41,15 @@ while not done.all():
     done |= over
 
 # %%
-lives = exp.trials * STEPS // exp.cycles
+episodes = exp.trials * STEPS // exp.cycles
 evolution = oneiro.Evolution(exp, seed=1)
 spent = 0
-while spent < lives and not evolution.is_finished:
-    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, lives=exp.trials)
+while spent < episodes and not evolution.is_finished:
+    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, episodes=exp.trials)
     spent += outcome.fitness.size
     evolution.tell(outcome.fitness)
 genome = evolution.luckiest.genome
-champion = oneiro.evaluate(exp, np.tile(genome, (FRESH_LIVES, 1)), seed=2).fitness[:, 0]
+champion = oneiro.evaluate(exp, np.tile(genome, (FRESH_EPISODES, 1)), seed=2).fitness[:, 0]
 
 
 # %%

@@ -205,7 +205,7 @@ def _value(cell: str) -> Any:
 
 @contextlib.contextmanager
 def log_loop(exp: Experiment, callbacks: Sequence[Callback], *, seed: int) -> Iterator[Callable[[ArrayLike], None]]:
-    """For a loop of yours: yields a function to call with each generation's fitness, `[n]` or `[n, lives]`.
+    """For a loop of yours: yields a function to call with each generation's fitness, `[n]` or `[n, episodes]`.
 
     Callbacks get the best, mean and median of the genomes' mean fitness without NaN, the episodes so far, and the episodes per second
     since the call before.

@@ -80,16 +80,16 @@ class Controller:
         """Number of the next cycle, from 0."""
         return int(self._native.cycles[0])
 
-    def reset(self, *, seed: int = 0, keys: ArrayLike | None = None, life: int = 0) -> None:
+    def reset(self, *, seed: int = 0, keys: ArrayLike | None = None, episode: int = 0) -> None:
         """Begins an episode.
 
-        If the controller draws random numbers, they are those of the episode `life` in `evaluate` with the same `seed` and `keys`: by
+        If the controller draws random numbers, they are those of the episode `episode` in `evaluate` with the same `seed` and `keys`: by
         default robot `i` has those of genome `i`. Other controllers need none of these.
         """
         import numpy as np
 
         numbers = numbered(np.arange(self.robots) if keys is None else keys, self.robots)
-        self._native.reset(whole("seed", seed), numbers, whole("life", life))
+        self._native.reset(whole("seed", seed), numbers, whole("episode", episode))
 
     def step(self, readings: ArrayLike) -> NDArray[np.float32]:
         """A control cycle of 100 ms: readings, `[inputs]` or `[robots, inputs]`, to the commands of the left and the right motor.

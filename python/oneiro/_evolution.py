@@ -115,10 +115,10 @@ class Evolution:
         return self._native.ask()
 
     def tell(self, fitness: ArrayLike, descriptors: ArrayLike | None = None) -> None:
-        """Takes the fitness of `ask()`'s genomes, `[n]` or `[n, lives]`, and makes the next generation.
+        """Takes the fitness of `ask()`'s genomes, `[n]` or `[n, episodes]`, and makes the next generation.
 
         The experiment's `trial_score` combines a genome's episodes. NaN ranks last. An optimiser that uses behaviour also needs
-        `descriptors`, `[n, measures]` or `[n, lives, measures]`, whose means count: either those of `descriptor_names`, or
+        `descriptors`, `[n, measures]` or `[n, episodes, measures]`, whose means count: either those of `descriptor_names`, or
         all that `evaluate` measures.
         """
         import numpy as np
@@ -127,7 +127,7 @@ class Evolution:
         count = len(self.ask())
         if fitness.ndim not in (1, 2) or len(fitness) != count or fitness.size == 0:
             shape = list(fitness.shape)
-            raise InputError(f"fitness: has the shape {shape}; allowed: [{count}] or [{count}, lives]")
+            raise InputError(f"fitness: has the shape {shape}; allowed: [{count}] or [{count}, episodes]")
         self._native.tell(fitness.ravel(), self._behaviour(descriptors, count))
 
     def _behaviour(self, descriptors: ArrayLike | None, count: int) -> NDArray[np.float64]:
@@ -146,7 +146,7 @@ class Evolution:
         known = self._native.experiment.descriptor_names
         if own.ndim not in (2, 3) or len(own) != count or own.shape[-1] not in (len(names), len(known)):
             shape = list(own.shape)
-            allowed = f"[{count}, {len(names)}] or [{count}, lives, {len(names)}], or all {len(known)} measures"
+            allowed = f"[{count}, {len(names)}] or [{count}, episodes, {len(names)}], or all {len(known)} measures"
             raise InputError(f"descriptors: have the shape {shape}; allowed: {allowed}")
         if own.shape[-1] != len(names):
             own = own[..., [known.index(name) for name in names]]

@@ -129,22 +129,22 @@ class Outcome(NamedTuple):
     """Results of evaluated genomes, for each of their episodes."""
 
     fitness: NDArray[np.float32]
-    """`[n, lives]`"""
+    """`[n, episodes]`"""
     device: str
     """The device that computed them, such as `cpu (native256x16, 2 threads)`."""
     exact: bool
     """Whether that device guarantees the same bits as all exact devices."""
     descriptors: NDArray[np.float64] | None = None
-    """`[n, lives, measures]`, those that were requested in their order; None unless requested."""
+    """`[n, episodes, measures]`, those that were requested in their order; None unless requested."""
     traces: NDArray[np.void] | None = None
-    """`[n, lives, cycles]`, a structured array with the columns of a run's `trace.csv`; zeros after an early end. None unless requested."""
+    """`[n, episodes, cycles]`, a structured array with the columns of a run's `trace.csv`; zeros after an early end. None unless requested."""
     lengths: NDArray[np.uint32] | None = None
-    """`[n, lives]`, the cycles of each episode in `traces`."""
+    """`[n, episodes]`, the cycles of each episode in `traces`."""
 
     def __repr__(self) -> str:
-        genomes, lives = self.fitness.shape
+        genomes, episodes = self.fitness.shape
         best = f", best fitness {self.fitness.max():.6g}" if genomes else ""
-        return f"<oneiro.Outcome {genomes} genomes, {lives} episodes each{best}, on {self.device}>"
+        return f"<oneiro.Outcome {genomes} genomes, {episodes} episodes each{best}, on {self.device}>"
 
 
 def evaluate(
@@ -153,13 +153,13 @@ def evaluate(
     *,
     seed: int,
     keys: ArrayLike | None = None,
-    lives: int | None = None,
+    episodes: int | None = None,
     common_starts: bool = False,
     backend: str = "auto",
     descriptors: bool | Sequence[str] = False,
     traces: bool | None = None,
 ) -> Outcome:
-    """Evaluates genomes, `[n, genes]`, in the experiment's world, with `lives` episodes each: by default one, with keys of `[n, 2]`
+    """Evaluates genomes, `[n, genes]`, in the experiment's world, with `episodes` episodes each: by default one, with keys of `[n, 2]`
     the experiment's `trials`.
 
     An array's genomes are in the order of `exp.gene_names`. A table's genes, such as a data frame's, are found by its columns' names.
@@ -194,7 +194,7 @@ def evaluate(
                 f"descriptors: is {descriptors!r}; allowed: a list of names, such as [{example!r}], or True"
             )
     seed = whole("seed", seed)
-    lives = whole("lives", (exp.trials if as_in_run else 1) if lives is None else lives, 1)
+    episodes = whole("episodes", (exp.trials if as_in_run else 1) if episodes is None else episodes, 1)
     with bar("evaluating") as progress:
         result = _native.evaluate(
             exp,
@@ -202,7 +202,7 @@ def evaluate(
             seed,
             numbered_by,
             as_in_run,
-            lives,
+            episodes,
             common_starts,
             backend,
             measured,

@@ -40,13 +40,13 @@ class Recorder:
         seed: int,
         out: str | os.PathLike[str],
         optimiser: str,
-        lives: int | None = None,
+        episodes: int | None = None,
         common_starts: bool = True,
         backend: str = "auto",
     ) -> None:
         """Starts in a new directory. `optimiser` names the library and its version, such as `"cma 4.5.0"`.
 
-        Each genome has `lives` episodes in a generation, by default the experiment's `trials`. With `common_starts` all genomes of a
+        Each genome has `episodes` episodes in a generation, by default the experiment's `trials`. With `common_starts` all genomes of a
         generation have the same random numbers.
         """
         about = {
@@ -54,7 +54,7 @@ class Recorder:
             "optimiser": optimiser,
             "experiment": exp.hash,
             "seed": whole("seed", seed),
-            "lives": exp.trials if lives is None else whole("lives", lives, 1),
+            "episodes": exp.trials if episodes is None else whole("episodes", episodes, 1),
             "common_starts": bool(common_starts),
             "promise": _PROMISE,
         }
@@ -146,7 +146,7 @@ class Recorder:
         return state
 
     def recorded(self, generation: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """A generation's genomes, `[n, genes]`, and their fitness, `[n, lives]`."""
+        """A generation's genomes, `[n, genes]`, and their fitness, `[n, episodes]`."""
         import zipfile
 
         import numpy as np
@@ -185,13 +185,13 @@ class Recorder:
     def audit(self, share: float = 0.01) -> dict[str, int]:
         """Re-evaluates a fraction (`share`) of the recorded individuals, at least one of each generation.
 
-        Raises `FailedError` if a bit of their fitness differs; returns how many individuals and episodes (`lives`) were compared.
+        Raises `FailedError` if a bit of their fitness differs; returns how many individuals and episodes (`episodes`) were compared.
         """
         import numpy as np
 
         if not 0 < share <= 1:
             raise InputError(f"share: is {share}; allowed: a number above 0 and up to 1, such as 0.01")
-        compared = {"individuals": 0, "lives": 0}
+        compared = {"individuals": 0, "episodes": 0}
         for generation in range(self.generation):
             genomes, fitness = self.recorded(generation)
             count = max(1, round(share * len(genomes)))
@@ -204,7 +204,7 @@ class Recorder:
                 was, now = fitness[individual].tolist(), again[differ[0]].tolist()
                 raise FailedError(f"{self.path}: generation {generation}, individual {individual}: {was} are now {now}")
             compared["individuals"] += len(chosen)
-            compared["lives"] += again.size
+            compared["episodes"] += again.size
         return compared
 
     def _lives(
@@ -216,9 +216,15 @@ class Recorder:
         keys[:, 0] = generation
         if not self.about["common_starts"]:
             keys[:, 1] = numbers
-        lives, seed = self.about["lives"], self.about["seed"]
+        episodes, seed = self.about["episodes"], self.about["seed"]
         return evaluate(
-            self.experiment, genomes, seed=seed, keys=keys, lives=lives, descriptors=descriptors, backend=self.backend
+            self.experiment,
+            genomes,
+            seed=seed,
+            keys=keys,
+            episodes=episodes,
+            descriptors=descriptors,
+            backend=self.backend,
         )
 
     def _file(self, generation: int) -> Path:

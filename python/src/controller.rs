@@ -88,9 +88,9 @@ impl Controllers {
         PyArray1::from_vec(py, self.0.with(py, |own| own.cycles()))
     }
 
-    fn reset(&self, py: Python<'_>, seed: u64, numbers: PyReadonlyArray2<'_, u64>, life: usize) -> PyResult<()> {
+    fn reset(&self, py: Python<'_>, seed: u64, numbers: PyReadonlyArray2<'_, u64>, episode: usize) -> PyResult<()> {
         let numbers = numbers.as_slice()?.as_chunks().0;
-        self.0.with(py, |own| own.reset(seed, numbers, life));
+        self.0.with(py, |own| own.reset(seed, numbers, episode));
         Ok(())
     }
 

@@ -253,7 +253,7 @@ pub(crate) fn evaluate<'py>(
     seed: u64,
     numbers: Option<PyReadonlyArray2<'py, u64>>,
     as_in_run: bool,
-    lives: usize,
+    episodes: usize,
     common_starts: bool,
     backend: &str,
     descriptors: Vec<String>,
@@ -274,7 +274,7 @@ pub(crate) fn evaluate<'py>(
             .map_err(|_| PyValueError::new_err("genomes: not contiguous"))?,
         seed,
         numbers: numbers.map(|numbers| numbers.as_chunks().0),
-        lives,
+        lives: episodes,
         common_starts,
         backend,
         descriptors: &descriptors,
@@ -283,25 +283,25 @@ pub(crate) fn evaluate<'py>(
     };
     let task = Task::default();
     let work = || oneiro_host::api::evaluate::evaluate(experiment, &request, &task);
-    let steps = (count.saturating_mul(lives) as u64).saturating_mul(ok(py, experiment.cycles())?.into());
+    let steps = (count.saturating_mul(episodes) as u64).saturating_mul(ok(py, experiment.cycles())?.into());
     let outcome: Outcome = if steps <= SHORT && !traces && descriptors.is_empty() {
         done(py, work)?
     } else {
         watched(py, &task, progress, work)?
     };
     let result = PyDict::new(py);
-    let shape = [count, lives];
+    let shape = [count, episodes];
     result.set_item("fitness", PyArray1::from_vec(py, outcome.fitness).reshape(shape)?)?;
     if !descriptors.is_empty() {
         let values: Bound<'_, PyArray3<f64>> =
-            PyArray1::from_vec(py, outcome.descriptors).reshape([count, lives, descriptors.len()])?;
+            PyArray1::from_vec(py, outcome.descriptors).reshape([count, episodes, descriptors.len()])?;
         result.set_item("descriptors", values)?;
     }
     if traces {
         let cycles = ok(py, experiment.cycles())? as usize;
         let each = ok(py, experiment.trace_columns())?.len();
         let words: Bound<'_, PyArray4<u32>> =
-            PyArray1::from_vec(py, outcome.traces).reshape([count, lives, cycles, each])?;
+            PyArray1::from_vec(py, outcome.traces).reshape([count, episodes, cycles, each])?;
         result.set_item("traces", words)?;
         result.set_item("lengths", PyArray1::from_vec(py, outcome.lengths).reshape(shape)?)?;
     }

@@ -5,8 +5,8 @@ use oneiro_host::api::{Task, experiment as api_experiment, stepped as api};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 
-use crate::{Shared, class, done};
 use crate::experiment::Experiment;
+use crate::{Shared, class, done};
 
 /// Episodes in an experiment's world.
 #[pyclass(frozen, module = "oneiro._native")]
@@ -56,9 +56,9 @@ impl Actions<'_> {
 #[pymethods]
 impl Stepped {
     #[new]
-    fn new(py: Python<'_>, experiment: &Bound<'_, Experiment>, lives: usize, backend: &str) -> PyResult<Self> {
+    fn new(py: Python<'_>, experiment: &Bound<'_, Experiment>, episodes: usize, backend: &str) -> PyResult<Self> {
         let experiment = experiment.get().0.clone();
-        let own = done(py, || api::Stepped::new(&experiment, lives, backend))?;
+        let own = done(py, || api::Stepped::new(&experiment, episodes, backend))?;
         let own = Shared::new(own);
         Ok(Self { own, experiment })
     }
@@ -206,8 +206,8 @@ impl Arena {
         self.0.with(py, |own| own.cycle())
     }
 
-    fn begin(&self, py: Python<'_>, seed: u64, life: u64) -> PyResult<()> {
-        self.0.done(py, |own| own.begin(seed, life))
+    fn begin(&self, py: Python<'_>, seed: u64, episode: u64) -> PyResult<()> {
+        self.0.done(py, |own| own.begin(seed, episode))
     }
 
     fn step(&self, py: Python<'_>, speeds: PyReadonlyArray2<'_, f32>) -> PyResult<()> {

@@ -86,7 +86,7 @@ def test_it_is_pickled_between_cycles():
     exp = oneiro.Experiment.load(EXPERIMENTS / "automode-cues.toml")
     controllers = oneiro.Controller(exp, random(exp, 4, 2))
     readings = np.random.default_rng(4).uniform(0, 1, (30, 4, len(controllers.inputs))).astype(np.float32)
-    controllers.reset(seed=9, life=2)
+    controllers.reset(seed=9, episode=2)
     for cycle in readings[:15]:
         controllers.step(cycle)
     again = pickle.loads(pickle.dumps(controllers))

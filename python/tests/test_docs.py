@@ -172,7 +172,7 @@ def test_there_is_such_a_block():
         ("`resume(", "`resumed(", missing),
         ("`.is_finished`", "`.is_done`", unknown),
         ("kind=None)`", "kind=1)`", lambda text: different(text)[1]),
-        ("lives=None, common_starts=False", "common_starts=False", lambda text: different(text)[1]),
+        ("episodes=None, common_starts=False", "common_starts=False", lambda text: different(text)[1]),
         ("share=0.01, *", "portion=0.01, *", lambda text: different(text)[1]),
     ],
 )

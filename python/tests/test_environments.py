@@ -35,7 +35,7 @@ def ending():
 def lives(exp, count, seed):
     """Traces and fitness of a controller."""
     genomes = np.random.default_rng(5).uniform(-3, 3, (count, exp.genes)).astype(np.float32)
-    return oneiro.evaluate(exp, genomes, seed=seed, lives=2, backend="cpu", traces=True)
+    return oneiro.evaluate(exp, genomes, seed=seed, episodes=2, backend="cpu", traces=True)
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -630,7 +630,7 @@ def test_values_of_other_kinds_are_refused_by_name(kheperax, value):
         "genomes": lambda: oneiro.evaluate(kheperax, value, seed=1),
         "seed": lambda: oneiro.evaluate(kheperax, genomes, seed=value),
         "keys": lambda: oneiro.evaluate(kheperax, genomes, seed=1, keys=value),
-        "lives": lambda: oneiro.evaluate(kheperax, genomes, seed=1, lives=value),
+        "episodes": lambda: oneiro.evaluate(kheperax, genomes, seed=1, episodes=value),
         "descriptors": lambda: oneiro.evaluate(kheperax, genomes, seed=1, descriptors=value),
         "exp": lambda: oneiro.evaluate(value, genomes, seed=1),
         "fitness": lambda: evolution.tell(value),

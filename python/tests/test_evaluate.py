@@ -97,12 +97,12 @@ def test_fitness_has_the_programs_bits(name, request, tmp_path):
                 *("--measures", "--json", "--backend", "cpu"),
             )
         )
-        outcome = oneiro.evaluate(exp, population, seed=7, lives=3, common_starts=common, backend="cpu")
+        outcome = oneiro.evaluate(exp, population, seed=7, episodes=3, common_starts=common, backend="cpu")
         assert outcome.fitness.shape == (70, 3) and outcome.fitness.dtype == np.float32
         assert outcome.exact and outcome.device.startswith("cpu (")
         assert bits(outcome.fitness.ravel()) == [int(row["bits"], 16) for row in rows]
         measured = oneiro.evaluate(
-            exp, population, seed=7, lives=3, common_starts=common, backend="cpu", descriptors=True, traces=True
+            exp, population, seed=7, episodes=3, common_starts=common, backend="cpu", descriptors=True, traces=True
         )
         assert bits(measured.fitness) == bits(outcome.fitness)
         assert measured.descriptors.shape == (70, 3, len(exp.descriptor_names))
@@ -121,7 +121,7 @@ def test_traces_are_those_of_the_program(own, tmp_path):
         *("evaluate", EXPERIMENTS / "homing.toml", "--genomes", tmp_path / "genomes.npy", "--trials", 2),
         *("--seed", 4, "--traces", tmp_path / "traces", "--out", tmp_path / "out.csv", "--backend", "cpu"),
     )
-    outcome = oneiro.evaluate(own, population, seed=4, lives=2, backend="cpu", traces=True)
+    outcome = oneiro.evaluate(own, population, seed=4, episodes=2, backend="cpu", traces=True)
     for genome in range(3):
         for life in range(2):
             head, *lines = (tmp_path / f"traces/trace-{genome}-{life}.csv").read_text().splitlines()
@@ -138,10 +138,10 @@ def test_traces_are_those_of_the_program(own, tmp_path):
 
 def test_keys_name_lives(avoidance):
     population = genomes(40, 18)
-    whole = oneiro.evaluate(avoidance, population, seed=3, lives=2, backend="cpu").fitness
-    part = oneiro.evaluate(avoidance, population[25:], seed=3, lives=2, keys=range(25, 40), backend="cpu").fitness
+    whole = oneiro.evaluate(avoidance, population, seed=3, episodes=2, backend="cpu").fitness
+    part = oneiro.evaluate(avoidance, population[25:], seed=3, episodes=2, keys=range(25, 40), backend="cpu").fitness
     assert bits(part) == bits(whole[25:])
-    without = oneiro.evaluate(avoidance, population[25:], seed=3, lives=2, backend="cpu").fitness
+    without = oneiro.evaluate(avoidance, population[25:], seed=3, episodes=2, backend="cpu").fitness
     assert bits(without) != bits(whole[25:])
     generation = oneiro.evaluate(
         avoidance, population[25:], seed=3, keys=[[1, key] for key in range(15)], backend="cpu"
@@ -158,7 +158,7 @@ def test_keys_name_lives(avoidance):
         ({"keys": [1, 2, 3]}, r"keys: have the shape \[3\]; allowed: \[2\] or \[2, 2\]"),
         ({"seed": -1}, "seed: is -1; allowed: a whole number, 0 to 9223372036854775807"),
         ({"seed": "one"}, "seed: is 'one'"),
-        ({"lives": 0}, "lives: is 0; allowed: a whole number, 1 to"),
+        ({"episodes": 0}, "episodes: is 0; allowed: a whole number, 1 to"),
         ({"traces": 3}, "traces: is 3; allowed: True, False or None"),
     ],
 )
@@ -249,10 +249,10 @@ def test_control_c_stops():
 
 def test_measures_by_name_are_those_of_all(avoidance):
     genomes = avoidance.bounds.clip(-4, 4).T.repeat(40, axis=0)
-    every = oneiro.evaluate(avoidance, genomes, seed=2, lives=2, backend="cpu", descriptors=True)
+    every = oneiro.evaluate(avoidance, genomes, seed=2, episodes=2, backend="cpu", descriptors=True)
     names = avoidance.descriptor_names
     for wanted in (["stuck_s"], ["end_y_mm", "end_x_mm"], ["cells", "wall_distance_mm", "cells"], names[::-1]):
-        own = oneiro.evaluate(avoidance, genomes, seed=2, lives=2, backend="cpu", descriptors=wanted)
+        own = oneiro.evaluate(avoidance, genomes, seed=2, episodes=2, backend="cpu", descriptors=wanted)
         places = [names.index(name) for name in wanted]
         assert own.descriptors.tobytes() == np.ascontiguousarray(every.descriptors[..., places]).tobytes(), wanted
         assert own.fitness.tobytes() == every.fitness.tobytes()
@@ -264,7 +264,7 @@ def test_measures_by_name_are_those_of_all(avoidance):
 
 def test_no_genomes_have_empty_results(avoidance):
     nobody = np.zeros((0, avoidance.genes))
-    outcome = oneiro.evaluate(avoidance, nobody, seed=1, lives=3, backend="cpu", descriptors=True, traces=True)
+    outcome = oneiro.evaluate(avoidance, nobody, seed=1, episodes=3, backend="cpu", descriptors=True, traces=True)
     assert outcome.fitness.shape == (0, 3) and outcome.device.startswith("cpu")
     assert outcome.descriptors.shape == (0, 3, len(avoidance.descriptor_names))
     assert outcome.traces.shape == (0, 3, 60) and "x_mm" in outcome.traces.dtype.names
@@ -276,6 +276,6 @@ def test_no_genomes_have_empty_results(avoidance):
 def test_a_gene_that_is_no_number_is_named(avoidance):
     genomes = np.zeros((5, avoidance.genes))
     genomes[3, 2] = np.nan
-    for more in ({}, {"lives": 2}, {"descriptors": True}):
+    for more in ({}, {"episodes": 2}, {"descriptors": True}):
         with pytest.raises(oneiro.InputError, match=r"^genomes\[3, 2\]: is NaN; allowed: -1000000 to 1000000$"):
             oneiro.evaluate(avoidance, genomes, seed=1, **more)

@@ -18,13 +18,15 @@ def guesses(exp, generation):
 
 @pytest.mark.parametrize("common", [True, False])
 def test_generations_are_recorded_and_live_again(avoidance, tmp_path, common):
-    own = recorder(avoidance, tmp_path, lives=2, common_starts=common)
+    own = recorder(avoidance, tmp_path, episodes=2, common_starts=common)
     assert own.luckiest is None
     for generation in range(3):
         assert own.generation == generation
         outcome = own.evaluate(guesses(avoidance, generation))
         keys = [[generation, 0 if common else number] for number in range(12)]
-        expected = oneiro.evaluate(avoidance, guesses(avoidance, generation), seed=5, keys=keys, lives=2, backend="cpu")
+        expected = oneiro.evaluate(
+            avoidance, guesses(avoidance, generation), seed=5, keys=keys, episodes=2, backend="cpu"
+        )
         assert np.array_equal(outcome.fitness, expected.fitness)
     again = oneiro.Recorder.open(own.path)
     genomes, fitness = again.recorded(2)
@@ -33,8 +35,8 @@ def test_generations_are_recorded_and_live_again(avoidance, tmp_path, common):
     best = again.luckiest
     assert (best.generation, best.individual) == np.unravel_index(scores.argmax(), scores.shape)
     assert np.array_equal(best.genome, guesses(avoidance, best.generation)[best.individual])
-    assert again.audit(share=0.25) == {"individuals": 9, "lives": 18}
-    assert again.audit(share=1) == {"individuals": 36, "lives": 72}
+    assert again.audit(share=0.25) == {"individuals": 9, "episodes": 18}
+    assert again.audit(share=1) == {"individuals": 36, "episodes": 72}
     about = json.loads((own.path / "recorder.json").read_text())
     assert about["optimiser"] == "guesses 1.0" and "not promised" in about["promise"]
     assert (own.path / "experiment.toml").read_text() == avoidance.to_toml()

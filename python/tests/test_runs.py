@@ -31,7 +31,7 @@ def short():
 def evolve(exp, evolution):
     while not evolution.is_finished:
         outcome = oneiro.evaluate(
-            exp, evolution.ask(), seed=evolution.seed, keys=evolution.keys, lives=exp.trials, backend="cpu"
+            exp, evolution.ask(), seed=evolution.seed, keys=evolution.keys, episodes=exp.trials, backend="cpu"
         )
         evolution.tell(outcome.fitness)
     return evolution.luckiest
@@ -58,7 +58,7 @@ def test_states_continue(short):
         fresh = oneiro.Evolution(short, seed=3)
         fresh.restore(evolution.state())
         assert fresh.generation == generation and fresh.ask().tobytes() == evolution.ask().tobytes()
-        outcome = oneiro.evaluate(short, fresh.ask(), seed=3, keys=fresh.keys, lives=2, backend="cpu")
+        outcome = oneiro.evaluate(short, fresh.ask(), seed=3, keys=fresh.keys, episodes=2, backend="cpu")
         fresh.tell(outcome.fitness)
         evolution = fresh
     assert evolution.luckiest.genome.tobytes() == whole.genome.tobytes()
@@ -88,7 +88,7 @@ def test_behaviour_is_told():
     evolution = oneiro.Evolution(exp, seed=1)
     assert evolution.descriptor_names == ["end_y_mm", "end_x_mm"]
     outcome = oneiro.evaluate(
-        exp, evolution.ask(), seed=1, keys=evolution.keys, lives=2, backend="cpu", descriptors=True
+        exp, evolution.ask(), seed=1, keys=evolution.keys, episodes=2, backend="cpu", descriptors=True
     )
     own = outcome.descriptors[..., [exp.descriptor_names.index(name) for name in evolution.descriptor_names]]
     count = len(own)
@@ -251,7 +251,7 @@ def test_common_random_numbers_share_a_key():
 def test_what_is_told_wrongly_is_refused(short):
     evolution = oneiro.Evolution(short, seed=1)
     for fitness in [np.zeros(29), np.zeros((30, 0)), np.zeros((30, 2, 1)), 1.0]:
-        with pytest.raises(oneiro.InputError, match=r"allowed: \[30\] or \[30, lives\]"):
+        with pytest.raises(oneiro.InputError, match=r"allowed: \[30\] or \[30, episodes\]"):
             evolution.tell(fitness)
     with pytest.raises(oneiro.InputError, match="uses none"):
         evolution.tell(np.zeros(30), descriptors=np.zeros((30, 2)))

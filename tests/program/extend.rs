@@ -766,7 +766,7 @@ fn what_comes_after_a_run_is_as_the_page_says() {
     assert_eq!(of("--genomes corridor").len(), 1 + 5);
     let random = of("--random 200");
     assert_eq!(random.len(), 1 + 200);
-    assert_eq!(random[0], "genome,lives,mean,deviation,low,high");
+    assert_eq!(random[0], "genome,episodes,mean,deviation,low,high");
     // Cells are compared by what no selection has seen, and two runs are too few to differ.
     let page = place.text("sweep/report.html");
     for words in [

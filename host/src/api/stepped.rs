@@ -72,7 +72,9 @@ impl Stepped {
     /// # Errors
     /// Exit 5 for another number of words; then nothing has changed.
     pub fn restore(&mut self, words: &[u32]) -> Result {
-        self.own.restore(words).map_err(|problem| Failure::corrupt(problem).into())
+        self.own
+            .restore(words)
+            .map_err(|problem| Failure::corrupt(problem).into())
     }
 
     /// What lives are now.

@@ -56,7 +56,7 @@ fn say_how_long(experiment: &dyn Experiment, console: Console) -> Result {
         console.say(format!("on robots: {time}"));
         return Ok(());
     }
-    let work = [Timed::of(experiment, 1)?];
+    let work = Timed::of(experiment, 1)?;
     // Without a device the experiment is still valid.
     let timed = |devices| estimates(&work, &[devices], None, console.bars()).unwrap_or_default();
     let mut all = timed(Devices::Cpu);

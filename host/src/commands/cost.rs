@@ -134,7 +134,7 @@ mod counted {
                 .collect()
         };
         let value = json!({
-            "lives": LIVES,
+            "episodes": LIVES,
             "cycles": cost.cycles,
             "any_world": { "operations": all(&cost.any), "by_class": classes(&cost.any) },
             "this_world": { "operations": all(&cost.specialised), "by_class": classes(&cost.specialised) },

@@ -362,7 +362,7 @@ static OWN: [Column; 4] = [
 ];
 static SUMMARY: [Column; 6] = [
     Column::whole("genome", "", "its number, from 0"),
-    Column::whole("lives", "", "its episodes"),
+    Column::whole("episodes", "", "how many it had"),
     Column::number("mean", "", "their mean fitness"),
     Column::number("deviation", "", "the standard deviation of their fitness"),
     Column::number(
@@ -426,7 +426,7 @@ impl Table {
         let row = move |(genome, own): (usize, Appraisal)| {
             let mut row = json!({
                 "genome": genome,
-                "lives": own.lives,
+                "episodes": own.lives,
                 "mean": unsigned_zero(own.mean),
                 "deviation": own.deviation,
                 "interval": own.interval().map(unsigned_zero),
@@ -566,10 +566,12 @@ mod tests {
         };
         assert_eq!(
             summary(false).csv(),
-            "genome,lives,mean,deviation,low,high\n0,2,0.7,1.13137,-9.46496,10.865\n1,2,1.5,2.12132,-17.5593,20.5593\n"
+            "genome,episodes,mean,deviation,low,high\n0,2,0.7,1.13137,-9.46496,10.865\n1,2,1.5,2.12132,-17.5593,20.5593\n"
         );
         let text = summary(true).csv();
-        assert!(text.starts_with("genome,lives,mean,deviation,low,high,mean_collisions,mean_cells,mean_distance_mm,"));
+        assert!(
+            text.starts_with("genome,episodes,mean,deviation,low,high,mean_collisions,mean_cells,mean_distance_mm,")
+        );
         assert!(text.ends_with("-17.5593,20.5593,3,12,1234.57,24.6914,9.9,0.25,100.5,20,33.3333,\"a, b.npy[3]\"\n"));
         let mut unequal = summary(true);
         unequal.results[3].1.collisions = 6;

@@ -34,6 +34,16 @@ use crate::experiment::{self, Files, Identities, Input};
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 
+/// Episodes of a run in some worlds.
+#[derive(Debug)]
+pub struct Work {
+    pub worlds: Worlds,
+    /// Episodes that a device gets at a time, at most.
+    pub at_a_time: u64,
+    /// Robot-steps of all of them.
+    pub steps: u64,
+}
+
 /// An experiment of any kind, as needed to run it.
 pub trait Experiment: Debug + Send + Sync {
     /// Name of the experiment.
@@ -95,6 +105,17 @@ pub trait Experiment: Debug + Send + Sync {
     /// # Errors
     /// Errors of packing them.
     fn sample(&self) -> Result<Worlds>;
+    /// What a device does for a run, by the worlds that it does it in.
+    ///
+    /// # Errors
+    /// Errors of packing them.
+    fn work(&self) -> Result<Vec<Work>> {
+        Ok(vec![Work {
+            worlds: self.sample()?,
+            at_a_time: u64::MAX,
+            steps: self.steps(),
+        }])
+    }
 
     /// Makes the job of a run.
     ///

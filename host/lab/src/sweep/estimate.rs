@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::{Plan, Sweep};
 use crate::device::{self, Backend};
-use crate::runs::Experiment;
+use crate::runs::{Experiment, Work};
 
 /// A device and its speed.
 #[derive(Clone, Debug, Serialize)]
@@ -38,26 +38,21 @@ pub struct Timed {
 }
 
 impl Timed {
-    /// Some runs of an experiment, at the same time.
+    /// Some runs of an experiment, at the same time: in its simulator, and in what stands for reality.
     ///
     /// # Errors
     /// Errors of packing its worlds.
-    pub fn of(experiment: &dyn Experiment, runs: u64) -> Result<Self> {
-        let lives = experiment.single().map_or(u64::MAX, |single| {
-            let settings = single.settings();
-            u64::from(settings.evolution.genomes_per_generation())
-                .saturating_mul(settings.trials.into())
-                .saturating_mul(runs)
-        });
-        Ok(Self {
-            worlds: experiment.sample()?,
-            lives: lives.min(MOST as u64) as usize,
-            cells: vec![(0, experiment.steps(), runs)],
-        })
+    pub fn of(experiment: &dyn Experiment, runs: u64) -> Result<Vec<Self>> {
+        let timed = |work: Work| Self {
+            worlds: work.worlds,
+            lives: work.at_a_time.saturating_mul(runs).min(MOST as u64) as usize,
+            cells: vec![(0, work.steps, runs)],
+        };
+        Ok(experiment.work()?.into_iter().map(timed).collect())
     }
 
     /// The cells of a sweep, of which some are timed: the first with each kernel, and others at equal distances. Each of the rest is
-    /// taken to be as fast as the nearest with its kernel.
+    /// taken to be as fast as the nearest with its kernel, and to have as large a share in reality.
     ///
     /// # Errors
     /// Exit 3 if a cell is invalid.
@@ -81,16 +76,27 @@ impl Timed {
             .iter()
             .map(|&cell| Self::of(&*sweep.cell(cell)?, sweep.runs() as u64))
             .collect::<Result<Vec<_>>>()?;
-        for own in &mut all {
-            own.cells.clear();
+        // What its steps are, of those of the timed cell's plan.
+        let shares: Vec<Vec<f64>> = timed
+            .iter()
+            .zip(&all)
+            .map(|(&cell, works)| {
+                let all = plan.steps[cell].max(1) as f64;
+                works.iter().map(|work| work.cells[0].1 as f64 / all).collect()
+            })
+            .collect();
+        for work in all.iter_mut().flatten() {
+            work.cells.clear();
         }
         for cell in 0..cells {
             let distance = |&(_, own): &(usize, usize)| (plan.kernels[own] != plan.kernels[cell], own.abs_diff(cell));
             let nearest = timed.iter().copied().enumerate().min_by_key(distance);
             let (nearest, _) = nearest.expect("a sweep has a cell");
-            all[nearest].cells.push((cell, plan.steps[cell], runs));
+            for (work, share) in all[nearest].iter_mut().zip(&shares[nearest]) {
+                work.cells.push((cell, (plan.steps[cell] as f64 * share) as u64, runs));
+            }
         }
-        Ok(all)
+        Ok(all.into_iter().flatten().collect())
     }
 }
 
@@ -123,6 +129,8 @@ pub fn estimates(all: &[Timed], devices: &[Devices<'_>], threads: Option<u16>, b
             .collect(),
     });
     let is_needed = devices.iter().any(|devices| matches!(devices, Devices::Named(_)));
+    let of_works = all.iter().flat_map(|work| &work.cells);
+    let cells = of_works.map(|&(cell, ..)| cell + 1).max().unwrap_or(0);
     let mut found = Vec::new();
     for name in names {
         let backend = Backend {
@@ -147,13 +155,13 @@ pub fn estimates(all: &[Timed], devices: &[Devices<'_>], threads: Option<u16>, b
             name: format!("{name}, {}", device::name(evaluator.as_ref())),
             seconds: 0.0,
             steps_per_second: 0.0,
-            cells: vec![0.0; all.iter().map(|work| work.cells.len()).sum()],
+            cells: vec![0.0; cells],
         };
         let mut steps = 0.0;
         for (work, rate) in all.iter().zip(rates) {
             for &(cell, of_run, runs) in &work.cells {
                 let own = of_run as f64 * runs as f64;
-                estimate.cells[cell] = own / rate;
+                estimate.cells[cell] += own / rate;
                 estimate.seconds += own / rate;
                 steps += own;
             }
@@ -236,5 +244,34 @@ impl Plan {
         let least = all().min_by_key(|(_, episodes)| *episodes)?;
         let most = all().rev().max_by_key(|(_, episodes)| *episodes)?;
         ((most.1 - least.1) as f64 > TOLERANCE * most.1 as f64).then_some([least, most])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Kernel and robot-steps of a run of a sweep's first cell, by the worlds that they are done in.
+    fn works(path: &str) -> (u64, Vec<(&'static str, u64)>) {
+        let cell = Sweep::read(Path::new(path)).unwrap().cell(0).unwrap();
+        let works = cell.work().unwrap();
+        let work = |work: &Work| (work.worlds.kernel().name, work.steps);
+        (cell.steps(), works.iter().map(work).collect())
+    }
+
+    /// What stands for reality is slower than the simulator: it is timed by itself.
+    #[test]
+    fn reality_is_timed_by_itself() {
+        // Of 220 generations of 100 individuals with an episode of 500 cycles each, the last twenty are in reality.
+        let (all, works) = works("../../studies/miglino1995/plastic/severity-1.toml");
+        let steps: Vec<u64> = works.iter().map(|(_, steps)| *steps).collect();
+        assert_eq!((steps[1], steps[0] + steps[1], steps.len()), (20 * 100 * 500, all, 2));
+        assert_ne!(works[0].0, works[1].0);
+        // The last generation is evaluated in one reality more.
+        let (all, works) = self::works("../../experiments/sweeps/khepera-sensor-noise.toml");
+        assert!(works.len() == 2 && works[0].1 == all, "{works:?}");
+        assert_eq!(works[1].1, 100 * 500);
     }
 }

@@ -170,7 +170,7 @@ fn value(calibration: &Calibration) -> serde_json::Value {
         })
     });
     json!({
-        "lives": calibration.lives,
+        "episodes": calibration.lives,
         "cycles": calibration.cycles,
         "compared": readings.compared,
         "left_out": readings.left_out,

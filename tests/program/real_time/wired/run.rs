@@ -134,7 +134,7 @@ fn a_run_ends_on_a_robot() {
         "{told}"
     );
     let told: Value = serde_json::from_str(&place.good(&[&calibrate[..], &["again", "--json"]].concat())).unwrap();
-    assert_eq!((&told["lives"], &told["cycles"]), (&4.into(), &40.into()));
+    assert_eq!((&told["episodes"], &told["cycles"]), (&4.into(), &40.into()));
     assert_eq!(told["sensors"].as_array().unwrap().len(), 8);
     for file in ["calibration.html", "errors.csv", "settings.toml"] {
         assert_eq!(

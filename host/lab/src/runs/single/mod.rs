@@ -39,7 +39,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use oneiro::automode::Form;
-use oneiro::batch::Worlds;
+use oneiro::batch::{WorldKind, Worlds};
 use oneiro::world::{Noise, Start, World, WorldSpec};
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Bars, counted, decimal};
@@ -52,7 +52,7 @@ use oneiro_evolve::{Champion, Kind, Population};
 use oneiro_report::numbers::significant;
 use serde_json::json;
 
-use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Scene, Shown, Summary, Table};
+use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Scene, Shown, Summary, Table, Work};
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
 use crate::experiment::kinds::CHAMPION_GENES;
@@ -565,6 +565,35 @@ impl super::Experiment for Single {
 
     fn sample(&self) -> Result<Worlds> {
         Ok(Worlds::new(std::slice::from_ref(self.experiment.world()))?)
+    }
+
+    fn work(&self) -> Result<Vec<Work>> {
+        let (places, settings) = (self.places()?, self.experiment.settings());
+        let at_a_time = u64::from(settings.evolution.genomes_per_generation()) * u64::from(settings.trials);
+        let world = self.experiment.world();
+        let of_generation = at_a_time * u64::from(world.cycles()) * u64::from(world.robots());
+        let work = |place: &Place, at_a_time: u64, steps: u64| -> Result<Work> {
+            Ok(Work {
+                worlds: Worlds::new(&[&*place.world as &dyn WorldKind])?,
+                at_a_time,
+                steps,
+            })
+        };
+        let mut all = Vec::new();
+        let mut simulated = self.steps();
+        if let Some(place) = &places.transfer {
+            // Its generations are some of all.
+            let steps = of_generation * u64::from(settings.reality.generations.unwrap_or_default());
+            simulated = simulated.saturating_sub(steps);
+            all.push(work(place, at_a_time, steps)?);
+        }
+        if let [place, ..] = &places.reality[..] {
+            // The last generation again, in each of them.
+            let realities = places.reality.len() as u64;
+            all.push(work(place, at_a_time * realities, of_generation * realities)?);
+        }
+        all.insert(0, work(&places.simulator, at_a_time, simulated)?);
+        Ok(all)
     }
 
     fn job(self: Arc<Self>, seed: u64, recording: Recording<'_>) -> Result<Box<dyn Job>> {
