@@ -57,7 +57,7 @@ def test_a_machine_draws_the_episodes_numbers():
 
     assert is_the_episode(seed=5) and is_the_episode(seed=5, keys=range(8))
     assert not any(
-        is_the_episode(**other) for other in ({"seed": 6}, {"seed": 5, "life": 1}, {"seed": 5, "keys": range(1, 9)})
+        is_the_episode(**other) for other in ({"seed": 6}, {"seed": 5, "episode": 1}, {"seed": 5, "keys": range(1, 9)})
     )
 
 
