@@ -60,3 +60,12 @@ def summary(name, fitness):
 
 summary(f"PPO after {STEPS} steps", policy)
 summary(f"evolution after {spent} episodes", champion)
+
+# %% [markdown]
+# The policy as a genome, with which `oneiro.adopt` makes a run that can be replayed, exported and driven on a robot. Its fitness is
+# that of the steps above, up to rounding.
+
+# %%
+same = exp.with_policy(model)
+fresh = oneiro.evaluate(same, np.tile(same.genome_of(model), (FRESH_EPISODES, 1)), seed=2).fitness[:, 0]
+summary("PPO as a genome", fresh)

@@ -32,6 +32,7 @@ from ._evolution import Evolution
 from ._experiment import Experiment, Outcome, evaluate
 from ._machine import devices, selftest
 from ._native import __version__
+from ._policy import Layer
 from ._recorder import Recorder
 from ._replay import Replay, replay
 from ._runs import Run, Sweep, adopt, load_run, merge, resume, run, sweep, sweep_shard
@@ -53,6 +54,7 @@ __all__ = [
     "Experiment",
     "FailedError",
     "InputError",
+    "Layer",
     "Outcome",
     "Recorder",
     "Replay",

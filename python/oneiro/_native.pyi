@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _arena
+from . import _arena, _policy
 
 __version__: str
 
@@ -79,6 +79,22 @@ class Experiment:
 
     def with_(self, set: Mapping[str, Any]) -> Experiment:
         """The same experiment with other values for some keys, as `load` takes them."""
+
+    def with_policy(self, policy: Any) -> Experiment:
+        """The same experiment with the network of a policy as its controller, and `genome_of(policy)` as the genome that is the policy.
+
+        A policy is a trained model of Stable-Baselines3 (PPO, A2C, SAC, TD3, DDPG), a module of torch made of linear layers with tanh,
+        ReLU or sigmoid between them, or a list of `Layer`. Its two outputs are an environment's actions: clipped to -1 to 1, or a tanh's.
+        """
+
+    def genome_of(self, policy: Any) -> NDArray[np.float32]:
+        """`[genes]`: the weights of a policy, of the shape of this experiment's network.
+
+        The genome's actions are the policy's up to rounding: other programs add in another order.
+        """
+
+    def layers_of(self, genome: Any) -> list[_policy.Layer]:
+        """The layers of a genome, `[genes]`, whose weights are those of torch's `Linear`; `genome_of` has the same genome for them."""
 
     def to_toml(self) -> str:
         """The experiment as TOML with all defaults. `save` also writes the files that it names."""

@@ -35,6 +35,16 @@ fn rows<'py, const N: usize>(py: Python<'py>, objects: &[[f32; N]]) -> PyResult<
     PyArray1::from_slice(py, objects.as_flattened()).reshape([objects.len(), N])
 }
 
+/// What a function of `oneiro._policy` makes of an experiment and something more.
+fn of_policies<'py>(
+    experiment: &Bound<'py, Experiment>,
+    function: &str,
+    argument: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let module = experiment.py().import("oneiro._policy")?;
+    module.getattr(function)?.call1((experiment, argument))
+}
+
 #[pymethods]
 impl Experiment {
     /// Reads an experiment's file, with other values for some keys, as `--set` does: `{"evolution.population": 50}`.
@@ -211,6 +221,26 @@ impl Experiment {
     /// Writes `to_toml` to a file, and the files that it names to `inputs/` in the same folder: `load` then has an equal experiment.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         done(py, || self.0.save(&path))
+    }
+
+    /// The same experiment with the network of a policy as its controller, and `genome_of(policy)` as the genome that is the policy.
+    ///
+    /// A policy is a trained model of Stable-Baselines3 (PPO, A2C, SAC, TD3, DDPG), a module of torch made of linear layers with tanh,
+    /// ReLU or sigmoid between them, or a list of `Layer`. Its two outputs are an environment's actions: clipped to -1 to 1, or a tanh's.
+    fn with_policy<'py>(own: &Bound<'py, Self>, policy: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        of_policies(own, "with_policy", policy)
+    }
+
+    /// `[genes]`: the weights of a policy, of the shape of this experiment's network.
+    ///
+    /// The genome's actions are the policy's up to rounding: other programs add in another order.
+    fn genome_of<'py>(own: &Bound<'py, Self>, policy: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        of_policies(own, "genome_of", policy)
+    }
+
+    /// The layers of a genome, `[genes]`, whose weights are those of torch's `Linear`; `genome_of` has the same genome for them.
+    fn layers_of<'py>(own: &Bound<'py, Self>, genome: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        of_policies(own, "layers_of", genome)
     }
 
     /// Walls, objects, lights and the floor, as arrays.

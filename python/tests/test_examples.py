@@ -38,7 +38,7 @@ def no_windows(monkeypatch):
 
 def test_first_evolution(tmp_path):
     pytest.importorskip("matplotlib")
-    short, longer = (run("first_evolution", tmp_path, GENERATIONS=count, FRESH_LIVES=200) for count in (1, 15))
+    short, longer = (run("first_evolution", tmp_path, GENERATIONS=count, FRESH_EPISODES=200) for count in (1, 15))
     # It learns.
     assert longer["fresh"].mean() > short["fresh"].mean() + 20
     assert len(longer["axes"].lines) == 2
@@ -101,8 +101,10 @@ def test_clusters(library, name, tmp_path):
 
 def test_policy_ppo(tmp_path):
     pytest.importorskip("stable_baselines3")
-    variables = run("policy_ppo", tmp_path, STEPS=8192, FRESH_LIVES=16)
+    variables = run("policy_ppo", tmp_path, STEPS=8192, FRESH_EPISODES=16)
     assert np.isfinite(variables["policy"]).all()
+    # Steps in an environment and in an episode are the same, up to rounding.
+    assert np.allclose(variables["fresh"], variables["policy"], rtol=1e-2, atol=1)
     # Both begin at the same places, and evolution had as many steps.
     assert variables["spent"] >= 8192 // 500
     assert variables["champion"].shape == variables["policy"].shape == (16,)
