@@ -111,6 +111,20 @@ pub struct Breeding {
     pub mutation: Mutation,
 }
 
+impl Breeding {
+    /// A copy of a controller, of which each gene may change.
+    pub fn mutated(&self, parent: Genome, random: &mut Pcg64) -> Genome {
+        let chance = Chance(self.rate);
+        parent.map(|gene| {
+            if chance.sample(random) {
+                self.mutation.of(gene, random)
+            } else {
+                gene
+            }
+        })
+    }
+}
+
 impl Controllers {
     /// Random controllers.
     pub fn new(count: usize, seed: u64) -> Self {
@@ -143,16 +157,9 @@ impl Controllers {
             .iter()
             .map(|&index| self.genomes[index])
             .collect();
-        let chance = Chance(breeding.rate);
         let mut genomes = parents.clone();
         for &parent in parents.iter().cycle().take(count - parents.len()) {
-            genomes.push(parent.map(|gene| {
-                if chance.sample(&mut random) {
-                    breeding.mutation.of(gene, &mut random)
-                } else {
-                    gene
-                }
-            }));
+            genomes.push(breeding.mutated(parent, &mut random));
         }
         let free = guests.len().min(count - parents.len());
         genomes[count - free..].copy_from_slice(&guests[..free]);

@@ -71,6 +71,26 @@ impl Choice for Kind {
             Self::SimulatorRandom,
             "each simulator is drawn anew each interval",
         ),
+        (
+            "embodied",
+            Self::Embodied,
+            "no simulators: a robot takes over the controller of the highest real fitness, its own or a received one, mutated",
+        ),
+        (
+            "embodied-random",
+            Self::EmbodiedRandom,
+            "no simulators: it takes over one of the received controllers at random, mutated, and keeps its own if there is none",
+        ),
+        (
+            "disparity",
+            Self::Disparity,
+            "simulators are compared by the difference between the fitness that they predicted and the real one",
+        ),
+        (
+            "heard-by-all",
+            Self::HeardByAll,
+            "every robot hears all others, wherever they are",
+        ),
     ];
 }
 
@@ -101,8 +121,8 @@ impl Described for File {
                 CONTROL,
                 "",
                 Allowed::Any,
-                "ours; the null and the interventions of studies/preregistration-2014.md",
-                "What the experimenter does to the evolution of simulators. Simulated swarms only.",
+                "ours; the null and the interventions of studies/preregistration-2014.md, and the rivals of studies/preregistration-2014-rivals.md",
+                "What the experimenter does to the evolution of simulators, or another method in its place. Simulated swarms only.",
                 |own: &mut File, _| Some(&mut own.control),
             ));
             rows
@@ -289,11 +309,29 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
         ),
         Need::new(
             &["swarm.simulators.mutation_scale", "swarm.simulators.boundary"],
-            !matches!(
-                control,
-                Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom
-            ),
+            control.has_simulators()
+                && !matches!(
+                    control,
+                    Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom
+                ),
             "with simulators that evolve (swarm.control)",
+            &[CONTROL],
+        ),
+        Need::new(
+            &[
+                "swarm.controllers.population",
+                "swarm.controllers.parents",
+                "swarm.controllers.guests",
+                "swarm.clock.installed_s",
+            ],
+            control.has_simulators(),
+            "with simulators, in which controllers are chosen (swarm.control)",
+            &[CONTROL],
+        ),
+        Need::new(
+            &["swarm.simulators.credit", "swarm.simulators.says"],
+            control.has_simulators() && *control != Kind::Disparity,
+            "with another swarm.control: there a message has the real fitness of the controller that acts, or what was predicted of a whole interval",
             &[CONTROL],
         ),
     ]
@@ -327,6 +365,12 @@ fn check(file: &File) -> Checked {
         offset_s,
         installed_s,
     } = file.swarm.clock;
+    if !file.control.has_simulators() && offset_s > 0 {
+        let problem = format!(
+            "is {offset_s}; allowed: 0 with this swarm.control, where a controller that was received takes over at once"
+        );
+        return invalid("swarm.clock.offset_s", problem);
+    }
     if installed_s < offset_s {
         let problem = format!(
             "is {installed_s}; allowed: {offset_s} to {interval_s}, no less than the time in which robots are switched on"

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::clock::Clock;
 use super::memory::{Memory, Second, Seconds};
 use super::on_board::OnBoard;
-use super::record::{Case, Kind, RobotInterval, Run};
+use super::record::{Case, Credit, Kind, RobotInterval, Run};
 use super::{Plan, tables};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::exchange::Exchange;
@@ -109,6 +109,10 @@ impl SwarmJob {
             intervals: Vec::new(),
         };
         let mut job = Self::at(plan, state);
+        if !job.plan.kind.has_simulators() {
+            job.state.robots.iter_mut().for_each(OnBoard::begin_without_simulator);
+            job.order();
+        }
         job.intervene();
         job
     }
@@ -326,10 +330,22 @@ impl SwarmJob {
                 says: settings.simulators.says,
                 credit: settings.simulators.credit,
                 whose: &whose,
+                kind: plan.kind,
             };
             let heard = exchange.heard(robot, state.clocks[robot].seconds_of(interval));
             let real = state.real(whose[robot], interval);
-            let ended = state.robots[robot].end_interval(settings, real, &heard);
+            let own = &mut state.robots[robot];
+            let ended = match plan.kind {
+                Kind::Embodied | Kind::EmbodiedRandom => {
+                    let is_random = plan.kind == Kind::EmbodiedRandom;
+                    own.end_interval_without_simulator(settings, real, &heard, is_random)
+                }
+                Kind::Disparity => {
+                    let reached = own.agreement(interval, real).unwrap_or(f32::NEG_INFINITY);
+                    own.end_interval_by(settings, real, (Credit::Matched, reached), &heard)
+                }
+                _ => own.end_interval(settings, real, &heard),
+            };
             taken[robot] = ended.taken;
             if let Some(details) = details {
                 details.pairs += &tables::pair_rows(interval, robot, &ended.pairs);
@@ -361,11 +377,11 @@ impl SwarmJob {
         };
         for (robot, own) in state.robots.iter_mut().enumerate() {
             own.set_simulator(match plan.kind {
-                Kind::Evolved | Kind::FitnessShuffled | Kind::Alone => continue,
                 Kind::SimulatorShuffled => genes[sources[robot]],
                 Kind::SimulatorRight => middle(now(own)),
                 Kind::SimulatorWrong => middle(other(now(own))),
                 Kind::SimulatorRandom => any_gene(&mut random),
+                _ => continue,
             });
         }
     }
@@ -533,7 +549,12 @@ impl State {
                 g0,
                 g1,
                 real: self.real(robot, interval),
-                simulated: own.clock.chosen_in(last).map(|chosen| own.simulated[chosen as usize]),
+                // Not a number without simulators.
+                simulated: own
+                    .clock
+                    .chosen_in(last)
+                    .map(|chosen| own.simulated[chosen as usize])
+                    .filter(|simulated| !simulated.is_nan()),
                 heard: heard[robot].count_ones() as u16,
                 reached: reached[robot],
                 taken: taken[robot],

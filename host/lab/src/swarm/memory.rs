@@ -7,7 +7,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::on_board::OnBoard;
-use super::record::Credit;
+use super::record::{Credit, Kind};
 use super::settings::Says;
 use crate::exchange::{Exchange, Message};
 
@@ -68,14 +68,25 @@ pub(crate) struct Memory<'a> {
     pub credit: Credit,
     /// Robot whose fitness each robot reports: itself, except under the null.
     pub whose: &'a [usize],
+    pub kind: Kind,
 }
 
 impl Memory<'_> {
     /// The message of a robot in a second; none before it is switched on.
     fn said(&self, sender: usize, at: u32, second: &Second) -> Option<Message> {
         let whose = self.whose[sender];
-        let whole = |last: usize| self.robots[whose].real.get(last).copied();
-        let rules = (self.says, self.credit);
+        let whole = |last: usize| {
+            let real = *self.robots[whose].real.get(last)?;
+            if self.kind == Kind::Disparity {
+                return self.robots[sender].agreement(last as u32, real);
+            }
+            Some(real)
+        };
+        let rules = match self.kind {
+            // What it predicted can be told once the interval is over.
+            Kind::Disparity => (Says::LastWhole, Credit::Matched),
+            _ => (self.says, self.credit),
+        };
         self.robots[sender].message(sender, at, rules, second.earned[whose], whole)
     }
 }
@@ -86,6 +97,10 @@ impl Exchange for Memory<'_> {
         for at in seconds {
             let Some(second) = self.seconds.get(at) else { continue };
             let mut mask = second.heard[robot];
+            if self.kind == Kind::HeardByAll {
+                let all = u128::MAX >> (u128::BITS as usize - self.robots.len());
+                mask = all & !(1 << robot);
+            }
             while mask != 0 {
                 let sender = mask.trailing_zeros() as usize;
                 mask &= mask - 1;

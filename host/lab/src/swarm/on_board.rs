@@ -5,7 +5,7 @@ use oneiro::batch::Rollout;
 use oneiro::foraging::Light;
 use oneiro::random::Key;
 use oneiro_evolve::encapsulated::{Controllers, Genome, any_gene};
-use oneiro_evolve::random::{Stream, stream};
+use oneiro_evolve::random::{Stream, shuffled, stream};
 use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
@@ -171,14 +171,31 @@ impl OnBoard {
         self.simulators.push(self.simulator());
     }
 
+    /// How well the simulator that chose the controller of an interval predicted its real fitness there: minus the difference. None if
+    /// no simulator chose it.
+    pub(super) fn agreement(&self, interval: u32, real: f32) -> Option<f32> {
+        let last = self.clock.seconds_of(interval).end - 1;
+        let predicted = self.simulated[self.clock.chosen_in(last)? as usize];
+        Some(-(predicted - real).abs())
+    }
+
     /// Ends an interval in which its real fitness was `real`: breeds its controllers, and takes over the best simulator among its
     /// own and the received ones, mutated.
     pub fn end_interval(&mut self, settings: &Settings, real: f32, heard: &[Message]) -> Ended {
+        self.end_interval_by(settings, real, (settings.simulators.credit, real), heard)
+    }
+
+    /// The same where simulators are compared by something else than real fitness: `by` has the rule of credit and what its own
+    /// simulator has reached.
+    pub(super) fn end_interval_by(
+        &mut self,
+        settings: &Settings,
+        real: f32,
+        (credit, reached): (Credit, f32),
+        heard: &[Message],
+    ) -> Ended {
         let interval = self.interval();
-        let mut pairs = Pairs::new(settings.pair_rules());
-        for message in heard {
-            pairs.hear(*message);
-        }
+        let pairs = stored(settings, heard);
         let ranked = pairs.ranked();
         let guests: Vec<Genome> = ranked
             .iter()
@@ -188,8 +205,8 @@ impl OnBoard {
         self.controllers = self
             .controllers
             .bred(&self.ranking, &settings.breeding(), &guests, self.seed, interval + 1);
-        let own = self.credited(interval, settings.simulators.credit);
-        let better = pairs.better_than(real);
+        let own = self.credited(interval, credit);
+        let better = pairs.better_than(reached);
         let kept = better.map_or(own, |pair| pair.simulator);
         let mut random = stream(self.seed, Stream::Exchange, interval + 1);
         self.real.push(real);
@@ -200,4 +217,48 @@ impl OnBoard {
             pairs: ranked,
         }
     }
+
+    /// Begins an interval without simulations: the controller that acts in it is known.
+    pub(super) fn begin_without_simulator(&mut self) {
+        self.simulated.push(f32::NAN);
+    }
+
+    /// Ends an interval without simulators, in which its real fitness was `real`: takes over a controller, mutated. It is the best of
+    /// its own and of those received, or any of those received.
+    pub(super) fn end_interval_without_simulator(
+        &mut self,
+        settings: &Settings,
+        real: f32,
+        heard: &[Message],
+        is_random: bool,
+    ) -> Ended {
+        let interval = self.interval();
+        let pairs = stored(settings, heard);
+        let ranked = pairs.ranked();
+        let mut random = stream(self.seed, Stream::Exchange, interval + 1);
+        let other = match (is_random, ranked.len()) {
+            (true, 0) => None,
+            (true, count) => Some(ranked[shuffled(count, &mut random)[0]]),
+            (false, _) => pairs.better_than(real).copied(),
+        };
+        let acting = self.acts(self.clock.seconds_of(interval).end - 1);
+        let taken = other.map_or(acting, |pair| pair.controller);
+        self.chosen.push(settings.breeding().mutated(taken, &mut random));
+        self.real.push(real);
+        self.simulators.push(self.simulator());
+        self.begin_without_simulator();
+        Ended {
+            taken: other.is_some(),
+            pairs: ranked,
+        }
+    }
+}
+
+/// The pairs that a robot has stored of what it heard.
+fn stored(settings: &Settings, heard: &[Message]) -> Pairs {
+    let mut pairs = Pairs::new(settings.pair_rules());
+    for message in heard {
+        pairs.hear(*message);
+    }
+    pairs
 }

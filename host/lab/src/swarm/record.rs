@@ -63,7 +63,7 @@ impl Case {
     }
 }
 
-/// The paper's distributed evolution, or a control in which the experimenter intervenes.
+/// The paper's distributed evolution, a control in which the experimenter intervenes, or another method in its place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -82,11 +82,19 @@ pub enum Kind {
     SimulatorRandom,
     /// A single robot.
     Alone,
+    /// No simulators: a robot takes over the best controller of its own and those received, by real fitness, mutated.
+    Embodied,
+    /// No simulators: a robot takes over one of the received controllers at random, mutated (after mEDEA).
+    EmbodiedRandom,
+    /// Simulators are compared by how well they predicted real fitness.
+    Disparity,
+    /// Every robot hears all others, wherever they are.
+    HeardByAll,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 11] = [
         Self::Evolved,
         Self::FitnessShuffled,
         Self::SimulatorShuffled,
@@ -94,7 +102,16 @@ impl Kind {
         Self::SimulatorWrong,
         Self::SimulatorRandom,
         Self::Alone,
+        Self::Embodied,
+        Self::EmbodiedRandom,
+        Self::Disparity,
+        Self::HeardByAll,
     ];
+
+    /// Whether robots have simulators, and controllers are chosen in them.
+    pub fn has_simulators(self) -> bool {
+        !matches!(self, Self::Embodied | Self::EmbodiedRandom)
+    }
 
     /// The name in reports.
     pub fn title(self) -> &'static str {
@@ -106,6 +123,10 @@ impl Kind {
             Self::SimulatorWrong => "simulators wrong",
             Self::SimulatorRandom => "simulators random",
             Self::Alone => "one robot alone",
+            Self::Embodied => "no simulators, the best controllers spread",
+            Self::EmbodiedRandom => "no simulators, controllers spread at random",
+            Self::Disparity => "simulators that predict best spread",
+            Self::HeardByAll => "all hear all",
         }
     }
 }

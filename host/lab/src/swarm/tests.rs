@@ -38,8 +38,12 @@ fn small(case: Case) -> Settings {
 }
 
 fn plan(case: Case, kind: Kind) -> Plan {
+    let mut settings = small(case);
+    if !kind.has_simulators() {
+        settings.clock.offset_s = 0;
+    }
     Plan {
-        settings: small(case),
+        settings,
         kind,
         number: 0,
         seed: 5,
@@ -315,6 +319,95 @@ fn interventions_set_what_they_say() {
     assert_eq!(sorted(&evolved.intervals[0]), sorted(&shuffled.intervals[0]));
 }
 
+/// Without mutations, every controller without simulators is one of the interval before.
+#[test]
+fn controllers_without_simulators_are_those_of_other_robots() {
+    for kind in [Kind::Embodied, Kind::EmbodiedRandom] {
+        let mut plan = plan(Case::Over, kind);
+        plan.settings.controllers.mutation_rate = 0.0;
+        plan.settings.minutes = 12;
+        let run = run_alone(plan.clone());
+        let genome = |own: &RobotInterval| [own.g0, own.g1];
+        let (mut taken, mut from_worse) = (0, 0);
+        for pair in run.intervals.windows(2) {
+            for (robot, (before, now)) in pair[0].iter().zip(&pair[1]).enumerate() {
+                assert!(now.simulated.is_none() && now.s0 == before.s0);
+                if !before.taken {
+                    assert_eq!(genome(now), genome(before));
+                    assert!(before.heard == 0 || kind == Kind::Embodied);
+                    continue;
+                }
+                let mut others = pair[0].iter().enumerate().filter(|(other, _)| *other != robot);
+                let donor = others
+                    .find(|(_, own)| genome(own) == genome(now))
+                    .expect("it is another's")
+                    .1;
+                assert!(before.heard > 0);
+                taken += 1;
+                from_worse += u32::from(donor.real <= before.real);
+            }
+        }
+        assert!(taken > 3, "{kind:?}: {taken}");
+        assert_eq!(from_worse > 0, kind == Kind::EmbodiedRandom, "{kind:?}");
+        // With mutations there are new ones.
+        plan.settings.controllers.mutation_rate = 1.0;
+        let mutated = run_alone(plan);
+        let first: Vec<[f32; 2]> = mutated.intervals[0].iter().map(genome).collect();
+        assert!(mutated.intervals[1].iter().all(|own| !first.contains(&genome(own))));
+    }
+}
+
+/// Without mutations, a simulator that is taken over predicted the last interval of its robot better than one's own did this one.
+#[test]
+fn simulators_that_predict_best_are_taken_over() {
+    let mut plan = plan(Case::Over, Kind::Disparity);
+    // A robot's messages are then all of one interval of the sender.
+    plan.settings.clock.offset_s = 0;
+    plan.settings.simulators.mutation_scale = 0.0;
+    plan.settings.minutes = 12;
+    let run = run_alone(plan);
+    let difference = |own: &RobotInterval| own.simulated.map(|simulated| (simulated - own.real).abs());
+    let mut taken = 0;
+    for three in run.intervals.windows(3) {
+        for (robot, (own, next)) in three[1].iter().zip(&three[2]).enumerate() {
+            if !own.taken {
+                assert_eq!(next.s0, own.chosen_under);
+                continue;
+            }
+            let others = three[0].iter().enumerate().filter(|(other, _)| *other != robot);
+            let is_donor = |other: &RobotInterval| {
+                other.chosen_under == next.s0
+                    && difference(other).is_some_and(|theirs| difference(own).is_none_or(|ours| theirs < ours))
+            };
+            assert!(others.into_iter().any(|(_, other)| is_donor(other)), "{own:?}");
+            taken += 1;
+        }
+    }
+    assert!(taken > 5, "{taken}");
+}
+
+#[test]
+fn all_hear_all_wherever_they_are() {
+    let far = |kind| {
+        let mut plan = plan(Case::Over, kind);
+        plan.settings.world.range = 1.0;
+        run_alone(plan)
+    };
+    let taken = |run: &Run| run.intervals.iter().flatten().filter(|own| own.taken).count();
+    let (alone, together) = (far(Kind::Evolved), far(Kind::HeardByAll));
+    assert!(alone.intervals.iter().flatten().all(|own| own.heard == 0) && taken(&alone) == 0);
+    assert!(taken(&together) > 5);
+    for robots in &together.intervals[..4] {
+        let most = robots.iter().map(|own| own.real).fold(0.0, f32::max);
+        // Who has brought nothing, where others have, has taken over theirs.
+        assert!(
+            robots
+                .iter()
+                .all(|own| own.taken == (own.real < most) || own.real > 0.0)
+        );
+    }
+}
+
 /// Simulators match when half of them are right over five intervals; if they never do, the whole time counts.
 #[test]
 fn the_time_to_a_match_is_that_worked_out_by_hand() {
@@ -517,6 +610,7 @@ fn messages_are_looked_up_by_the_senders_clock() {
         });
     }
     let memory = |says, whose| Memory {
+        kind: Kind::Evolved,
         seconds: &seconds,
         robots: &robots,
         says,
@@ -571,6 +665,7 @@ fn by_radio_robots_hear_what_they_hear_in_the_study() {
         seconds.push(second);
     }
     let memory = |seconds| Memory {
+        kind: Kind::Evolved,
         seconds,
         robots: &robots,
         says: Says::SoFar,
