@@ -195,6 +195,19 @@ sed '2s/[0-9.]*$/50.0/' studies/odowd2014/scaling/runs.csv >"$scratch/swarms.csv
 "$python" studies/scaling.py "$scratch/swarms.csv" >"$scratch/printed"
 [ "$(lacks)" != 0 ] || fail "CONTROL: a later match is not noticed"
 
+say "the tables of rivals"
+"$python" studies/rivals.py studies/odowd2014/rivals/runs.csv >"$scratch/printed"
+[ "$(lacks)" = 0 ] || fail "studies/odowd2014/README.md lacks $(lacks) lines of studies/rivals.py"
+sed '2s/[0-9.]*,[0-9.]*$/9,9/' studies/odowd2014/rivals/runs.csv >"$scratch/rivals.csv"
+"$python" studies/rivals.py "$scratch/rivals.csv" >"$scratch/printed"
+[ "$(lacks)" != 0 ] || fail "CONTROL: more food is not noticed"
+# Two of its seeds again, bit for bit.
+sed "s|101..160|101..102|; s|../../../|$PWD/|" studies/odowd2014/rivals/rivals.toml >"$scratch/rivals.toml"
+oneiro sweep run "$scratch/rivals.toml" --out "$scratch/rivals" --quiet >/dev/null
+"$python" studies/rivals.py "$scratch/rivals/results.csv" --keep "$scratch/again.csv" >/dev/null
+[ "$(wc -l <"$scratch/again.csv")" = 43 ] || fail "two seeds of rivals have other runs"
+! grep -vxFf studies/odowd2014/rivals/runs.csv "$scratch/again.csv" || fail "these runs of rivals differ (above)"
+
 say "foraging runs from their files"
 # foraging NAME SETTING..: a run of five minutes, computed again.
 foraging() {

@@ -149,7 +149,7 @@ wheel() {
     if [ -n "${ONEIRO_BUILT:-}" ]; then
         cp "$ONEIRO_BUILT"/*.whl "$packages/"
     else
-        (cd "$source" && ONEIRO_BUILT_FROM=$commit PATH=$tools/bin:$PATH maturin build --release --zig --compatibility manylinux_2_28 \
+        (cd "$source" && ONEIRO_BUILT_FROM=$commit PATH=$tools/bin:$PATH maturin build --profile dist --zig --compatibility manylinux_2_28 \
             --interpreter python3.10 --out "$packages" --target-dir "$folder/wheel" >"$scratch/log" 2>&1) || fail "$(cat "$scratch/log")"
     fi
     wheel=$(echo "$packages/oneiro-$version"-cp310-abi3-manylinux_2_28_x86_64*.whl)
@@ -210,9 +210,9 @@ archive() {
     if [ -n "${ONEIRO_BUILT:-}" ]; then
         command install -D "$ONEIRO_BUILT/oneiro" "$program"
     else
-        (cd "$source" && ONEIRO_BUILT_FROM=$commit PATH=$tools/bin:$PATH cargo zigbuild --release --target x86_64-unknown-linux-gnu.2.28 -p oneiro-host --no-default-features \
+        (cd "$source" && ONEIRO_BUILT_FROM=$commit PATH=$tools/bin:$PATH cargo zigbuild --profile dist --target x86_64-unknown-linux-gnu.2.28 -p oneiro-host --no-default-features \
             --features film,gpu,mimalloc,native,parquet,twin --target-dir "$folder/wheel" >"$scratch/log" 2>&1) || fail "$(cat "$scratch/log")"
-        command install -D "$folder/wheel/x86_64-unknown-linux-gnu/release/oneiro" "$program"
+        command install -D "$folder/wheel/x86_64-unknown-linux-gnu/dist/oneiro" "$program"
     fi
     strip "$program"
     needs_libc "$program"

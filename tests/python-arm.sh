@@ -25,7 +25,7 @@ trap 'rm -rf "$scratch"' EXIT
 python3 -m venv "$scratch/build" || not_run "python3 makes no virtual environment"
 "$scratch/build/bin/python" -m pip install --quiet --only-binary :all: 'maturin>=1.16,<2' ||
     not_run "maturin can't be had: is there a network?"
-(cd python && "$scratch/build/bin/maturin" build --release --locked --auditwheel skip --target $target \
+(cd python && "$scratch/build/bin/maturin" build --profile dist --locked --auditwheel skip --target $target \
     --interpreter python3.10 --out "$scratch/wheels" --target-dir "$folder")
 wheel=$(echo "$scratch"/wheels/oneiro-*-cp310-abi3-*aarch64.whl)
 [ -f "$wheel" ] || fail "there is no wheel cp310-abi3-*aarch64 in $(ls "$scratch/wheels")"

@@ -122,7 +122,7 @@ impl Described for File {
                 "",
                 Allowed::Any,
                 "ours; the null and the interventions of studies/preregistration-2014.md, and the rivals of studies/preregistration-2014-rivals.md",
-                "What the experimenter does to the evolution of simulators, or another method in its place. Simulated swarms only.",
+                "What the experimenter does to the evolution of simulators, or which other method is used. Simulated swarms only.",
                 |own: &mut File, _| Some(&mut own.control),
             ));
             rows
