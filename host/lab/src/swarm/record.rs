@@ -93,8 +93,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 11] = [
+    /// The paper's own, and the controls of its study.
+    pub const OF_STUDY: [Self; 7] = [
         Self::Evolved,
         Self::FitnessShuffled,
         Self::SimulatorShuffled,
@@ -102,11 +102,10 @@ impl Kind {
         Self::SimulatorWrong,
         Self::SimulatorRandom,
         Self::Alone,
-        Self::Embodied,
-        Self::EmbodiedRandom,
-        Self::Disparity,
-        Self::HeardByAll,
     ];
+
+    /// Other methods.
+    pub const RIVALS: [Self; 4] = [Self::Embodied, Self::EmbodiedRandom, Self::Disparity, Self::HeardByAll];
 
     /// Whether robots have simulators, and controllers are chosen in them.
     pub fn has_simulators(self) -> bool {

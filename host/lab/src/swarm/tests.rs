@@ -127,7 +127,8 @@ fn a_swarm_is_the_same_in_any_batch() {
 /// Plans of every case and every kind of intervention, and of settings that a saved swarm could forget.
 fn all_kinds() -> Vec<Plan> {
     let mut plans: Vec<Plan> = Case::ALL.map(|case| plan(case, Kind::Evolved)).into();
-    plans.extend(Kind::ALL.map(|kind| plan(Case::OverThenOpposite, kind)));
+    let kinds = Kind::OF_STUDY.into_iter().chain(Kind::RIVALS);
+    plans.extend(kinds.map(|kind| plan(Case::OverThenOpposite, kind)));
     let changes: [fn(&mut Settings); 6] = [
         |own| own.controllers.guests = 2,
         |own| own.clock.installed_s = 34,

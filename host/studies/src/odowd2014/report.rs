@@ -162,6 +162,6 @@ fn moves(case: Case) -> bool {
 
 /// The kinds other than the paper's own that have runs.
 fn other_kinds(combination: &Combination) -> impl Iterator<Item = Kind> {
-    let kinds = Kind::ALL.into_iter().filter(|&kind| kind != Kind::Evolved);
+    let kinds = Kind::OF_STUDY.into_iter().filter(|&kind| kind != Kind::Evolved);
     kinds.filter(|&kind| combination.runs.iter().any(|run| run.kind == kind))
 }

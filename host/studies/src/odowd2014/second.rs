@@ -622,7 +622,7 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
                     FACTOR_COLUMNS.map(|column| row.cell(column).map(str::to_owned));
                 let key = [threshold?, scale?, credit?, installed?];
                 let control = row.cell("swarm.control")?;
-                let kind = Kind::ALL.into_iter().find(|kind| name(kind) == control);
+                let kind = Kind::OF_STUDY.into_iter().find(|kind| name(kind) == control);
                 let kind = kind.ok_or_else(|| row.bad("swarm.control is unknown; allowed: evolved, or a control"))?;
                 into.all.entry(key).or_default().entry((case, kind)).or_default()
             };

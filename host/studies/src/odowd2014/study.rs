@@ -388,6 +388,15 @@ fn check(values: &File, source: &Source<'_>) -> Result {
         let problem = "lack the case \"over\" of the kind \"evolved\", the reference of the others; allowed: with it";
         return Err(source.invalid("conditions", problem));
     }
+    for (place, conditions) in values.conditions.iter().enumerate() {
+        if let Some(rival) = conditions.kinds.iter().find(|kind| Kind::RIVALS.contains(kind)) {
+            let problem = format!(
+                "has {}, which no claim is about; allowed: evolved, or a control",
+                rival.title()
+            );
+            return Err(source.invalid(&format!("conditions[{place}].kinds"), problem));
+        }
+    }
     for (key, is_empty) in [
         ("scales", values.scales.is_empty()),
         ("credits", values.credits.is_empty()),

@@ -159,11 +159,11 @@ fn judged(claims: &[Claim]) -> Vec<(&str, Option<bool>, Verdict)> {
 }
 
 fn as_published() -> Combination {
-    combination(Credit::Lagged, as_in_the_paper, &Kind::ALL)
+    combination(Credit::Lagged, as_in_the_paper, &Kind::OF_STUDY)
 }
 
 fn nothing(credit: Credit) -> Combination {
-    combination(credit, as_nothing, &Kind::ALL)
+    combination(credit, as_nothing, &Kind::OF_STUDY)
 }
 
 #[test]

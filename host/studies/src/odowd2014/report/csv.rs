@@ -190,7 +190,7 @@ fn groups(results: &Results) -> impl Iterator<Item = ([String; 4], Vec<&Run>)> {
     results.combinations.iter().flat_map(|combination| {
         let kinds = Case::ALL
             .into_iter()
-            .flat_map(|case| Kind::ALL.map(|kind| (case, kind)));
+            .flat_map(|case| Kind::OF_STUDY.map(|kind| (case, kind)));
         kinds.filter_map(move |(case, kind)| {
             let runs = runs_of(combination, case, kind);
             (!runs.is_empty()).then(|| (whose(combination, case, kind), runs))

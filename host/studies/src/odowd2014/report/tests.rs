@@ -117,7 +117,7 @@ fn small(runs: u32) -> Results {
 fn full(runs: u32) -> Results {
     let mut numbers = Numbers(0);
     let combinations = [(0.2, Credit::Lagged), (2.0, Credit::Matched)];
-    let combinations = combinations.map(|(scale, credit)| numbers.combination(scale, credit, &Kind::ALL, runs));
+    let combinations = combinations.map(|(scale, credit)| numbers.combination(scale, credit, &Kind::OF_STUDY, runs));
     of(combinations.into(), runs)
 }
 
