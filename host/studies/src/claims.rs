@@ -82,7 +82,7 @@ pub struct Claim {
     /// Unit of analysis of the criterion's figures.
     pub unit: String,
     pub verdict: Verdict,
-    /// Why it doesn't hold: the figures whose intervals span or miss a bound, or what is missing. Empty if it holds.
+    /// Why: the figures that decide it with their intervals, or what is missing.
     pub reasons: Vec<String>,
     /// Whether the figures alone meet the registered criterion, without their intervals; `None` if it can't be checked.
     pub registered: Option<bool>,
@@ -163,7 +163,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// The verdict by the intervals of the criterion's parts, and why it doesn't hold, unless something is missing that it needs.
+    /// The verdict by the intervals of the criterion's parts, and why, unless something is missing that it needs.
     pub(crate) fn verdict(&self) -> Judged {
         match (self.not_judged, self.missing) {
             (Some(why), _) => (Verdict::NotJudged, vec![why.to_owned()]),

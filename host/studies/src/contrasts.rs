@@ -165,7 +165,7 @@ impl Judged {
     }
 }
 
-/// The worst outcome of a claim's contrasts, from those of a family, and why it doesn't hold if it doesn't.
+/// The worst outcome of a claim's contrasts, from those of a family, and the contrasts that have it.
 pub(super) fn of_claim<F>(claim: &str, judged: &[Judged], contrasts: &[Contrast<F>]) -> (Verdict, Vec<String>) {
     let pairs = judged
         .iter()
@@ -183,7 +183,7 @@ pub(super) static CLAIM: [Column; 3] = [
     ),
     Column::text(
         "reason",
-        "why it doesn't hold: the contrasts that are opposed or undecided, each with its 95 % interval and its p",
+        "the contrasts that decide it, each with its 95 % interval and its p",
     ),
 ];
 

@@ -146,7 +146,7 @@ impl Part {
     }
 }
 
-/// A verdict, and the reasons why a criterion doesn't hold; none if it does.
+/// A verdict, and the parts of the criterion that make it, each with its interval.
 pub(crate) type Judged = (Verdict, Vec<String>);
 
 /// The verdict of a criterion: its parts' worst.
@@ -156,9 +156,7 @@ pub(crate) fn of_parts(parts: Vec<Part>) -> Judged {
         .map(|part| part.verdict)
         .max()
         .unwrap_or(Verdict::Undecided);
-    let decisive = parts
-        .into_iter()
-        .filter(|part| part.verdict == verdict && verdict != Verdict::Holds);
+    let decisive = parts.into_iter().filter(|part| part.verdict == verdict);
     (verdict, decisive.map(|part| part.reason).collect())
 }
 
@@ -240,7 +238,8 @@ mod tests {
         };
         let [holds, undecided, opposed] = [Verdict::Holds, Verdict::Undecided, Verdict::Opposed].map(part);
         let of = |parts: &[&Part]| of_parts(parts.iter().map(|part| (*part).clone()).collect());
-        assert_eq!(of(&[&holds, &holds]), (Verdict::Holds, Vec::new()));
+        let twice = vec!["holds".to_owned(); 2];
+        assert_eq!(of(&[&holds, &holds]), (Verdict::Holds, twice));
         let twice = vec!["undecided".to_owned(); 2];
         assert_eq!(of(&[&undecided, &holds, &undecided]), (Verdict::Undecided, twice));
         assert_eq!(

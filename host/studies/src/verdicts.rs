@@ -267,10 +267,7 @@ fn article(claim: &Claim) -> String {
 
 /// The verdict with its reason, and the registered criterion's result, as a paragraph.
 fn verdict_and_reason(claim: &Claim) -> String {
-    let reasons = match &claim.reasons[..] {
-        [] => "all intervals lie on the required side".to_owned(),
-        reasons => reasons.join("; "),
-    };
+    let reasons = claim.reasons.join("; ");
     let in_some = claim.effects.first().filter(|effect| effect.name.starts_with(MET_IN));
     let registered = match (claim.registered, in_some) {
         (Some(true), _) => "is met".to_owned(),

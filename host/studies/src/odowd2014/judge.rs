@@ -112,7 +112,7 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     criterion.judged(in_all(verdicts), all, remark.trim_end().into())
 }
 
-/// The verdict over all combinations, and the reasons of those in which it doesn't hold.
+/// The verdict over all combinations, and what makes it in each.
 fn in_all(verdicts: Vec<(String, Judgement)>) -> Judgement {
     let verdict = match &verdicts[..] {
         [(_, (first, _)), others @ ..] if others.iter().all(|(_, (verdict, _))| verdict == first) => *first,
@@ -121,9 +121,8 @@ fn in_all(verdicts: Vec<(String, Judgement)>) -> Judgement {
     let is_one = verdicts.len() == 1 || verdict == Verdict::NotJudged;
     let verdicts = verdicts.into_iter().take(if is_one { 1 } else { usize::MAX });
     let reasons = verdicts.flat_map(|(title, (of_combination, reasons))| match of_combination {
-        Verdict::Holds if verdict == Verdict::Holds => Vec::new(),
-        Verdict::Holds => vec![format!("{title}: holds")],
         _ if is_one => reasons,
+        Verdict::Holds if verdict != Verdict::Holds => vec![format!("{title}: holds")],
         _ => reasons
             .into_iter()
             .map(|reason| format!("{title}: {of_combination}: {reason}"))
