@@ -65,7 +65,7 @@ def numbers(name: str, values: Any, kind: type[np.floating[Any]]) -> NDArray[Any
         if given.dtype.kind not in "biufO":
             raise TypeError(f"{given.dtype} aren't numbers")
         return np.ascontiguousarray(given, kind).reshape(given.shape)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RuntimeError, OverflowError) as error:
         raise InputError(f"{name}: can't be made an array ({error}); allowed: numbers, in rows of one length") from None
 
 
@@ -77,7 +77,7 @@ def whole(name: str, value: Any, least: int = 0) -> int:
         number = None
     if number is None or not least <= number < 2**63:
         raise InputError(f"{name}: is {value!r}; allowed: a whole number, {least} to 9223372036854775807")
-    return number
+    return int(number)
 
 
 class Table(Protocol):

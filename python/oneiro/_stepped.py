@@ -40,16 +40,16 @@ class Episodes:
     def __init__(
         self, exp: Experiment, count: int, backend: str, mode: str | AutoresetMode = AutoresetMode.NEXT_STEP
     ) -> None:
-        self.native = _native.Stepped(checked(exp), whole("num_envs", count, 1), backend)
-        self.count = count
+        self.count = whole("num_envs", count, 1)
+        self.native = _native.Stepped(checked(exp), self.count, backend)
         self.robots = self.native.robots
         self.names = self.native.names
         self.mode = autoreset(mode)
         self.seeds: NDArray[np.uint64] | None = None
         # For each episode the number of the genome, and its own.
-        self.numbers = np.zeros((count, 2), np.uint64)
-        self.done = np.zeros(count, bool)
-        self.begun = np.zeros(count, bool)
+        self.numbers = np.zeros((self.count, 2), np.uint64)
+        self.done = np.zeros(self.count, bool)
+        self.begun = np.zeros(self.count, bool)
         self._have_begun = False
         self._length = self.native.length
 

@@ -63,7 +63,7 @@ class VectorEnv(Attributes, gymnasium.vector.VectorEnv):
     ) -> None:
         self._episodes = _single(exp, num_envs, backend, autoreset_mode)
         self.exp = exp
-        self.num_envs = num_envs
+        self.num_envs = num_envs = self._episodes.count
         self.autoreset_mode = self._episodes.mode
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = None

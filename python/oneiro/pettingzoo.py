@@ -62,7 +62,7 @@ class _Foragers:
         return self._arena.state()[0]
 
     def step(self, actions: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[Any], bool, bool, dict[str, Any]]:
-        self._arena.step(np.clip(actions, -1.0, 1.0).astype(np.float32))
+        self._arena.step(actions.astype(np.float32))
         readings, rewards = self._arena.state()
         return readings, rewards, False, self._arena.cycle == self._arena.length, {}
 
@@ -136,6 +136,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
         """Begins an episode: with a seed its first one, otherwise the next."""
+        # PettingZoo's own tests give options that no environment knows.
         readings = self._arena.reset(seed)
         self.agents = list(self.possible_agents)
         return self._named(readings), {agent: {} for agent in self.agents}
@@ -159,7 +160,11 @@ class ParallelEnv(pettingzoo.ParallelEnv):
         for agent, own in zip(self.agents, told, strict=True):
             if own.shape != (MOTORS,):
                 raise InputError(f"actions[{agent!r}]: has the shape {list(own.shape)}; allowed: [{MOTORS}]")
-        readings, rewards, terminated, truncated, info = self._arena.step(np.stack(told))
+            if not np.isfinite(own).all():
+                raise InputError(
+                    f"actions[{agent!r}]: is {own.tolist()}; allowed: -1 to 1; beyond, numbers are clipped"
+                )
+        readings, rewards, terminated, truncated, info = self._arena.step(np.clip(told, -1.0, 1.0))
         agents = self.agents
         if terminated or truncated:
             self.agents = []
@@ -205,7 +210,7 @@ class VectorEnv(Attributes):
             )
         self._episodes = _swarm(exp, num_envs, backend, autoreset_mode)
         self.exp = exp
-        self.num_envs = num_envs
+        self.num_envs = num_envs = self._episodes.count
         self.robots = self._episodes.robots
         self.autoreset_mode = self._episodes.mode
         self.readings = list(self._episodes.names)

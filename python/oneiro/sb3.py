@@ -70,8 +70,9 @@ class VecEnv(vec_env.VecEnv):
         self._envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """The attribute, as often as there are environments."""
-        return [getattr(self._envs, attr_name) for _ in self._get_indices(indices)]
+        """An attribute of each environment: those that `oneiro.gym.VectorEnv.get_attr` has."""
+        values = self._envs.get_attr(attr_name)
+        return [values[index] for index in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Attributes of single environments are not supported."""

@@ -204,6 +204,14 @@ def test_rewards_are_the_change_of_a_score():
     assert np.allclose(total, fitness, atol=1e-6) and (fitness > 0).any()
 
 
+def test_a_robots_own_readings_are_0_to_1(avoidance, kheperax):
+    for exp in (avoidance, kheperax):
+        assert (Env(exp).observation_space.low == 0).all() and (Env(exp).observation_space.high == 1).all()
+    # Its eight sensors, and custom ones.
+    space = Env(oneiro.Experiment.example("homing")).observation_space
+    assert (space.high[:8] == 1).all() and (space.high[8:] == 1000).all() and len(space.high) > 8
+
+
 @pytest.mark.parametrize("name", ["automode-foraging", "evostick-foraging", "discrimination"])
 def test_observations_are_in_their_space(name):
     exp = oneiro.Experiment.load(EXPERIMENTS / f"{name}.toml")
@@ -211,10 +219,9 @@ def test_observations_are_in_their_space(name):
         from oneiro.pettingzoo import VectorEnv as Arenas
 
         envs = Arenas(exp, 2)
-        space = envs.observation_space
     else:
         envs = VectorEnv(exp, 2)
-        space = envs.single_observation_space
+    space = envs.single_observation_space
     robots = (envs.robots,) if "robot.count" in exp.settings else ()
     generator = np.random.default_rng(1)
     observations, _ = envs.reset(seed=1)

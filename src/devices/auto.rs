@@ -25,8 +25,8 @@ const GIVE_UP_RATIO: f64 = 4.0;
 /// Number of measurements before a device is given up.
 const GIVE_UP_AFTER: u32 = 3;
 
-/// Time since some moment. Tests count it themselves, since a loaded machine would change which device is the faster one.
-type Clock = Box<dyn Fn() -> Duration + Send>;
+/// Seconds since some moment. Tests count them, since a loaded machine would change which device is the faster one.
+type Clock = Box<dyn Fn() -> f64 + Send>;
 
 /// Opens the GPU, or returns the reason why it can't be used.
 pub type Opener = Box<dyn FnOnce() -> Result<Box<dyn Evaluator>, String> + Send>;
@@ -108,7 +108,7 @@ impl Auto {
             name,
             threads,
             spent: BTreeMap::new(),
-            clock: Box::new(move || start.elapsed()),
+            clock: Box::new(move || start.elapsed().as_secs_f64()),
             warnings: Vec::new(),
         }
     }
@@ -255,7 +255,7 @@ impl Member {
     ) -> Result<(PartResult, f64), Error> {
         let start = clock();
         let done = self.evaluator.evaluate_part(part, control);
-        let seconds = (clock() - start).as_secs_f64();
+        let seconds = clock() - start;
         pass_on(self.evaluator.as_ref(), &mut self.heard, warnings);
         let result = done?;
         self.record(part, seconds);
@@ -326,7 +326,7 @@ impl Evaluator for Auto {
         let start = (self.clock)();
         let done = self.cpu.evaluator.observe(batch, control, observer);
         pass_on(self.cpu.evaluator.as_ref(), &mut self.cpu.heard, &mut self.warnings);
-        let seconds = ((self.clock)() - start).as_secs_f64();
+        let seconds = (self.clock)() - start;
         let outcome = done?;
         self.cpu.record(&part, seconds);
         self.count(&part, seconds);
@@ -361,7 +361,7 @@ mod tests {
     struct Named {
         name: &'static str,
         cpu: Cpu,
-        time: Duration,
+        milliseconds: u64,
         clock: Arc<AtomicU64>,
         parts: Arc<AtomicUsize>,
         warnings: Vec<String>,
@@ -372,7 +372,7 @@ mod tests {
             Self {
                 name,
                 cpu: Cpu::new(Some(1)).unwrap(),
-                time: Duration::from_millis(milliseconds),
+                milliseconds,
                 clock: Arc::clone(clock),
                 parts: Arc::default(),
                 warnings: vec![format!("{name} is slow")],
@@ -389,7 +389,7 @@ mod tests {
         }
 
         fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-            self.clock.fetch_add(self.time.as_millis() as u64, Ordering::Relaxed);
+            self.clock.fetch_add(self.milliseconds, Ordering::Relaxed);
             self.parts.fetch_add(1, Ordering::Relaxed);
             self.cpu.evaluate_part(part, control)
         }
@@ -401,7 +401,7 @@ mod tests {
 
     fn clock(milliseconds: &Arc<AtomicU64>) -> Clock {
         let milliseconds = Arc::clone(milliseconds);
-        Box::new(move || Duration::from_millis(milliseconds.load(Ordering::Relaxed)))
+        Box::new(move || milliseconds.load(Ordering::Relaxed) as f64 / 1000.0)
     }
 
     /// A batch of some episodes of 512 cycles.

@@ -27,7 +27,7 @@ use crate::differential::Genomes;
 use crate::evaluator::{Control, Evaluator};
 pub use crate::outside::reported::Error;
 use crate::parameter::Invalid;
-use crate::parts::compose::DetailKind;
+use crate::parts::compose::{Detail, DetailKind};
 use crate::random::Key;
 use crate::world::{Build, Controller, World, WorldSpec};
 
@@ -143,9 +143,15 @@ impl Stepped {
 
     /// Names of a robot's readings: the robot's, then those of a user's sensors.
     pub fn names(&self) -> Vec<String> {
+        let readings = self.world.spec().robot.build.readings();
         let details = self.world.details().iter();
         let perceived = details.filter(|detail| detail.kind == DetailKind::Perceived);
-        perceived.map(|detail| detail.name.clone()).collect()
+        // Sampled sensors are numbered there.
+        let name = |detail: &Detail| {
+            let number = detail.name.parse::<usize>().ok();
+            number.map_or_else(|| detail.name.clone(), |number| readings[number].clone())
+        };
+        perceived.map(name).collect()
     }
 
     /// Readings of each robot of each episode, as its controller would get them in its next cycle. All are 0 once the episode has

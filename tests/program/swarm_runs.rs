@@ -209,6 +209,22 @@ fn invalid_values_are_refused_by_key() {
             "swarm.controllers.parents=11",
             "swarm.controllers.parents: is 11; allowed: 1 to 10",
         ),
+        (
+            "swarm.control=embodied",
+            "swarm.clock.offset_s: is 5; allowed: 0 with this swarm.control",
+        ),
+        (
+            "swarm.control=embodied swarm.clock.offset_s=0 swarm.clock.interval_s=120",
+            "swarm.clock.installed_s: is 60; allowed: 120, swarm.clock.interval_s, with this swarm.control",
+        ),
+        (
+            "swarm.control=embodied swarm.clock.offset_s=0 swarm.controllers.population=5",
+            "swarm.controllers.population: is 5, which has no effect; allowed: only with simulators",
+        ),
+        (
+            "swarm.control=heard-by-all swarm.messages.range_mm=100",
+            "swarm.messages.range_mm: is 100.0, which has no effect; allowed: only with another swarm.control",
+        ),
         ("cycles=5", "unknown key"),
         // No effect in these cases.
         (

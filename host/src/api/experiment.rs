@@ -174,7 +174,7 @@ impl Experiment {
         let mut missing = Vec::new();
         for (name, bytes) in files.chain([(&*name, toml.as_bytes())]) {
             let path = folder.join(name);
-            match fs::read(&path) {
+            match plain::read(&path, u64::MAX) {
                 Ok(there) if there == bytes => (),
                 Ok(_) => {
                     let problem = "has another content; allowed: a new file, or another folder";

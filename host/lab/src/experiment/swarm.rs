@@ -322,10 +322,21 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
                 "swarm.controllers.population",
                 "swarm.controllers.parents",
                 "swarm.controllers.guests",
-                "swarm.clock.installed_s",
             ],
             control.has_simulators(),
             "with simulators, in which controllers are chosen (swarm.control)",
+            &[CONTROL],
+        ),
+        Need::new(
+            &["swarm.simulators.pairs", "swarm.simulators.leaves"],
+            *control != Kind::EmbodiedRandom,
+            "with another swarm.control: there nothing that a robot has heard may be lost by its fitness",
+            &[CONTROL],
+        ),
+        Need::new(
+            &["swarm.messages"],
+            *control != Kind::HeardByAll,
+            "with another swarm.control: there every robot hears all others",
             &[CONTROL],
         ),
         Need::new(
@@ -370,6 +381,12 @@ fn check(file: &File) -> Checked {
             "is {offset_s}; allowed: 0 with this swarm.control, where a controller that was received takes over at once"
         );
         return invalid("swarm.clock.offset_s", problem);
+    }
+    if !file.control.has_simulators() && installed_s != interval_s {
+        let problem = format!(
+            "is {installed_s}; allowed: {interval_s}, swarm.clock.interval_s, with this swarm.control, where nothing is simulated"
+        );
+        return invalid("swarm.clock.installed_s", problem);
     }
     if installed_s < offset_s {
         let problem = format!(

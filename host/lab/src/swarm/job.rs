@@ -286,7 +286,10 @@ impl SwarmJob {
                 details.deposits += &deposits(&self.state.clocks, cycle, line);
             }
         }
-        let lines: Vec<Line> = lines.chunks(a_second).map(second).collect();
+        let mut lines: Vec<Line> = lines.chunks(a_second).map(second).collect();
+        if self.plan.kind == Kind::HeardByAll {
+            lines.iter_mut().for_each(hear_all);
+        }
         for line in &lines {
             self.state.see(line);
         }
@@ -573,6 +576,14 @@ fn deposits(clocks: &[Clock], cycle: u32, line: &Line) -> String {
         Some(tables::deposit_row(cycle, robot, interval, began, [own.x, own.y]))
     };
     line.robots.iter().zip(clocks).enumerate().filter_map(row).collect()
+}
+
+/// Lets every robot hear all others.
+fn hear_all(line: &mut Line) {
+    let all = u128::MAX >> (u128::BITS as usize - line.robots.len());
+    for (robot, own) in line.robots.iter_mut().enumerate() {
+        own.heard = all & !(1 << robot);
+    }
 }
 
 /// The line of a second, from those of its cycles.

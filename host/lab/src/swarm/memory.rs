@@ -97,10 +97,6 @@ impl Exchange for Memory<'_> {
         for at in seconds {
             let Some(second) = self.seconds.get(at) else { continue };
             let mut mask = second.heard[robot];
-            if self.kind == Kind::HeardByAll {
-                let all = u128::MAX >> (u128::BITS as usize - self.robots.len());
-                mask = all & !(1 << robot);
-            }
             while mask != 0 {
                 let sender = mask.trailing_zeros() as usize;
                 mask &= mask - 1;

@@ -79,7 +79,8 @@ pub fn steps(plan: &Plan) -> u64 {
     let rollouts = u64::from(own.world.robots) * u64::from(own.controllers.population);
     let simulated =
         rollouts * u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
-    real + if own.case == Case::Random { 0 } else { simulated }
+    let has_simulators = own.case != Case::Random && plan.kind.has_simulators();
+    real + if has_simulators { simulated } else { 0 }
 }
 
 /// Runs swarms from beginning to end.

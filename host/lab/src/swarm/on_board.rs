@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::clock::Clock;
 use super::settings::{Says, Settings};
 use crate::exchange::Message;
-use crate::exchange::pairs::Pairs;
+use crate::exchange::pairs::{Pairs, Rules};
 use crate::swarm::record::Credit;
 
 /// What a robot had at the end of an interval.
@@ -195,7 +195,7 @@ impl OnBoard {
         heard: &[Message],
     ) -> Ended {
         let interval = self.interval();
-        let pairs = stored(settings, heard);
+        let pairs = stored(settings.pair_rules(), heard);
         let ranked = pairs.ranked();
         let guests: Vec<Genome> = ranked
             .iter()
@@ -233,7 +233,10 @@ impl OnBoard {
         is_random: bool,
     ) -> Ended {
         let interval = self.interval();
-        let pairs = stored(settings, heard);
+        let rules = settings.pair_rules();
+        // A full store would prefer the fittest.
+        let room = if is_random { usize::MAX } else { rules.room };
+        let pairs = stored(Rules { room, ..rules }, heard);
         let ranked = pairs.ranked();
         let mut random = stream(self.seed, Stream::Exchange, interval + 1);
         let other = match (is_random, ranked.len()) {
@@ -255,8 +258,8 @@ impl OnBoard {
 }
 
 /// The pairs that a robot has stored of what it heard.
-fn stored(settings: &Settings, heard: &[Message]) -> Pairs {
-    let mut pairs = Pairs::new(settings.pair_rules());
+fn stored(rules: Rules, heard: &[Message]) -> Pairs {
+    let mut pairs = Pairs::new(rules);
     for message in heard {
         pairs.hear(*message);
     }

@@ -358,6 +358,36 @@ fn controllers_without_simulators_are_those_of_other_robots() {
     }
 }
 
+/// Of 30 controllers that a robot hears, each of which may be taken over at random, none is lost for its fitness.
+#[test]
+fn at_random_nothing_is_lost_by_its_fitness() {
+    let mut settings = exact();
+    settings.controllers.mutation_rate = 0.0;
+    let heard: Vec<Message> = (0..30)
+        .map(|sender| Message {
+            sender: sender + 1,
+            controller: [0.03 * sender as f32; 2],
+            ..said(0.5, sender as f32)
+        })
+        .collect();
+    let clock = Clock {
+        offset: 0,
+        interval: 60,
+        installed: 60,
+    };
+    let taken_by = |seed, is_random| {
+        let mut robot = OnBoard::new(&settings, clock, seed);
+        robot.begin_without_simulator();
+        let ended = robot.end_interval_without_simulator(&settings, 7.0, &heard, is_random);
+        assert_eq!(ended.pairs.len(), if is_random { 30 } else { 10 });
+        robot.acts(60)[0]
+    };
+    let at_random: Vec<f32> = (0..200).map(|seed| taken_by(seed, true)).collect();
+    let low = at_random.iter().filter(|gene| **gene < 0.03 * 15.0).count();
+    assert!((70..130).contains(&low), "{low} of 200 are of the lower half");
+    assert!((0..200).all(|seed| taken_by(seed, false) == 0.03 * 29.0));
+}
+
 /// Without mutations, a simulator that is taken over predicted the last interval of its robot better than one's own did this one.
 #[test]
 fn simulators_that_predict_best_are_taken_over() {
@@ -398,6 +428,13 @@ fn all_hear_all_wherever_they_are() {
     let (alone, together) = (far(Kind::Evolved), far(Kind::HeardByAll));
     assert!(alone.intervals.iter().flatten().all(|own| own.heard == 0) && taken(&alone) == 0);
     assert!(taken(&together) > 5);
+    assert!(
+        together
+            .intervals
+            .iter()
+            .flatten()
+            .all(|own| (own.heard, own.reached) == (4, 5))
+    );
     for robots in &together.intervals[..4] {
         let most = robots.iter().map(|own| own.real).fold(0.0, f32::max);
         // Who has brought nothing, where others have, has taken over theirs.

@@ -63,7 +63,7 @@ fn contents() -> Vec<Entry> {
         ),
         Entry::table(
             CONTROLLERS,
-            "one row per controller, robot and interval; none in the case `random`",
+            "one row per controller, robot and interval; none in the case `random` and without simulators (`swarm.control`)",
             &CONTROLLERS_COLUMNS,
         ),
         Entry::table(
