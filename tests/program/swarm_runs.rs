@@ -223,7 +223,7 @@ fn invalid_values_are_refused_by_key() {
         ),
         (
             "swarm.control=heard-by-all swarm.messages.range_mm=100",
-            "swarm.messages.range_mm: is 100.0, which has no effect; allowed: only with another swarm.control",
+            "swarm.messages.range_mm: is 100, which has no effect; allowed: only with another swarm.control",
         ),
         ("cycles=5", "unknown key"),
         // No effect in these cases.
