@@ -226,7 +226,7 @@ impl Experiment {
     /// The same experiment with the network of a policy as its controller, and `genome_of(policy)` as the genome that is the policy.
     ///
     /// A policy is a trained model of Stable-Baselines3 (PPO, A2C, SAC, TD3, DDPG), a module of torch made of linear layers with tanh,
-    /// ReLU or sigmoid between them, or a list of `Layer`. Its two outputs are an environment's actions: clipped to -1 to 1, or a tanh's.
+    /// relu or sigmoid between them, or a list of `Layer`. Its two outputs are an environment's actions: clipped to -1 to 1, or a tanh's.
     fn with_policy<'py>(own: &Bound<'py, Self>, policy: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         of_policies(own, "with_policy", policy)
     }
