@@ -141,20 +141,30 @@ def test_the_page_has_the_packages_signatures():
     assert count >= 25, count
 
 
-BLOCKS = re.findall(r"^```python needs=(\S+)\n(.*?)^```$", TEXT, flags=re.DOTALL | re.MULTILINE)
+BLOCKS = dict(re.findall(r"^```python needs=(\S+)\n(.*?)^```$", TEXT, flags=re.DOTALL | re.MULTILINE))
+LOGGERS, LEARNER = "tensorboard,wandb,mlflow", "stable_baselines3"
 
 
-@pytest.mark.parametrize(("needs", "source"), BLOCKS)
-def test_blocks_that_need_packages_run(needs, source, tmp_path, monkeypatch, capsys):
+def run(needs, folder, monkeypatch, change=lambda source: source):
+    """Runs a block, changed, if there are the packages that it needs."""
+    for package in needs.split(","):
+        pytest.importorskip(package)
+    (folder / "experiments").symlink_to(ROOT / "experiments")
+    monkeypatch.chdir(folder)
+    exec(compile(change(BLOCKS[needs]), "docs/python.md", "exec"), {})
+
+
+def test_a_policy_becomes_a_run(tmp_path, monkeypatch):
+    run(LEARNER, tmp_path, monkeypatch, lambda source: source.replace("400_000", "4_096"))
+    assert oneiro.load_run(tmp_path / "runs/ppo").champion.genome.shape == (4866,)
+
+
+def test_callbacks_log(tmp_path, monkeypatch, capsys):
     # Some packages read the environment when they are imported.
     values = {"MLFLOW_TRACKING_URI": tmp_path.as_uri(), "MLFLOW_ALLOW_FILE_STORE": "true"}
     for key, value in {**values, "MLFLOW_DISABLE_TELEMETRY": "true", "WANDB_SILENT": "true"}.items():
         monkeypatch.setenv(key, value)
-    for package in needs.split(","):
-        pytest.importorskip(package)
-    (tmp_path / "experiments").symlink_to(ROOT / "experiments")
-    monkeypatch.chdir(tmp_path)
-    exec(compile(source, "docs/python.md", "exec"), {})
+    run(LOGGERS, tmp_path, monkeypatch)
     assert "enough at generation" in capsys.readouterr().out
     # A run, the sweep's and the loop.
     assert len(list(tmp_path.glob("tensorboard/*/events.*"))) == 14
@@ -162,7 +172,7 @@ def test_blocks_that_need_packages_run(needs, source, tmp_path, monkeypatch, cap
 
 
 def test_there_is_such_a_block():
-    assert [needs for needs, _ in BLOCKS] == ["tensorboard,wandb,mlflow"]
+    assert set(BLOCKS) == {LOGGERS, LEARNER}
 
 
 @pytest.mark.parametrize(
