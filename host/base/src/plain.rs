@@ -103,7 +103,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         .try_reserve_exact(length as usize + 1)
         .map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
     // The file may grow at the same time.
-    file.take(most + 1).read_to_end(&mut bytes)?;
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         return Err(too_large(bytes.len() as u64));
     }
