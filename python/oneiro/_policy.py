@@ -116,7 +116,7 @@ def _settings(layers: list[Layer]) -> dict[str, Any]:
 
 def _network(exp: Experiment) -> dict[str, Any] | None:
     """The values of its network, with the activations that are their defaults; None if it has more than dense layers."""
-    own = {"controller.activation": _DEFAULT_ACTIVATION}
+    own: dict[str, Any] = {"controller.activation": _DEFAULT_ACTIVATION}
     own |= {key: value for key, value in exp.settings.items() if key.startswith("controller.")}
     own = {key: value for key, value in own.items() if value != _DEFAULTS.get(key)}
     layers = [{"activation": _DEFAULT_ACTIVATION} | layer for layer in own.pop("controller.layers", [])]
@@ -181,7 +181,7 @@ def _of_baselines(model: Any) -> list[Layer]:
     space = policy.action_space
     if type(space).__name__ != "Box" or space.shape != (2,) or not ((space.low == -1) & (space.high == 1)).all():
         raise InputError(f"policy: its actions are {space}; allowed: those of Oneiro's environments, Box(-1, 1, (2,))")
-    actor = getattr(policy, "actor", None)
+    actor: Any = getattr(policy, "actor", None)
     if hasattr(policy, "action_net"):
         # PPO and A2C: the mean of a normal distribution. Subclasses may have layers of their own.
         known, parts = policy.mlp_extractor, [policy.pi_features_extractor, policy.action_net]
