@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 _ACTIVATIONS = {"Tanh": "tanh", "ReLU": "relu", "Sigmoid": "logistic"}
 # Modules that change nothing once a policy is trained.
 _IDLE = ("Dropout", "Flatten", "Identity")
-# What the last layer of a policy may apply: its outputs are actions, -1 to 1.
+# Activations of a policy's last layer, whose outputs are actions, -1 to 1.
 _OF_ACTIONS = ("linear", "tanh")
-# What the outputs of a network may apply.
+# Activations of a network's outputs.
 _OF_OUTPUTS = ("linear", "tanh", "relu", "logistic")
 _DEFAULT_ACTIVATION = "logistic"
 # Values of a network that leave it with dense layers and weighted outputs.
@@ -63,7 +63,7 @@ def with_policy(exp: Experiment, policy: Any) -> Experiment:
         )
     values = _settings(layers)
     if own.get("controller.kind") == "network":
-        # What else the experiment's network has.
+        # The experiment's network may have other values.
         values |= {key: value for key, value in _DEFAULTS.items() if key in own}
     made = exp.with_(values)
     readings = [one.name for one in Controller(made, [0.0] * made.genes).inputs]
@@ -170,8 +170,7 @@ def _is_of(thing: Any, *packages: str) -> bool:
 
 
 def _of_baselines(model: Any) -> list[Layer]:
-    """What a model computes in `predict(.., deterministic=True)`."""
-
+    """The layers of `model.predict(.., deterministic=True)`."""
     normalised = getattr(model, "get_vec_normalize_env", lambda: None)()
     if normalised is not None:
         raise InputError(
@@ -183,7 +182,7 @@ def _of_baselines(model: Any) -> list[Layer]:
         raise InputError(f"policy: its actions are {space}; allowed: those of Oneiro's environments, Box(-1, 1, (2,))")
     actor: Any = getattr(policy, "actor", None)
     if hasattr(policy, "action_net"):
-        # PPO and A2C: the mean of a normal distribution. Subclasses may have layers of their own.
+        # PPO and A2C: the mean of a normal distribution. Subclasses may have other layers.
         known, parts = policy.mlp_extractor, [policy.pi_features_extractor, policy.action_net]
         if type(known).__name__ != "MlpExtractor" or not _is_of(known, "stable_baselines3"):
             raise InputError(f"policy: has {type(known).__name__}; allowed: Stable-Baselines3's own MlpExtractor")
@@ -199,7 +198,7 @@ def _of_baselines(model: Any) -> list[Layer]:
         raise InputError(f"policy: is a {type(policy).__name__}; allowed: of PPO, A2C, SAC, TQC, TD3 and DDPG")
     extractor = parts.pop(0)
     if type(extractor).__name__ != "FlattenExtractor" or len(policy.observation_space.shape) != 1:
-        raise InputError(f"policy: has {type(extractor).__name__}; allowed: readings as they are, by FlattenExtractor")
+        raise InputError(f"policy: has {type(extractor).__name__}; allowed: unchanged readings, by FlattenExtractor")
     layers = _of_torch(parts)
     if is_squashed and layers:
         layers[-1] = layers[-1]._replace(activation="tanh")

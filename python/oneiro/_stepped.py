@@ -174,7 +174,7 @@ class Episodes:
 
 
 class Attributes:
-    """What a vector of environments tells of each of them."""
+    """Attributes of the environments of a vector."""
 
     num_envs: int
     single_observation_space: gymnasium.Space[Any]

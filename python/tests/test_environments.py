@@ -568,9 +568,9 @@ def test_threads_wait_for_each_other(avoidance):
     assert (native.state()[3] == 60).all() and controller.cycle == 60
 
 
-@pytest.mark.parametrize("name", ["discrimination", "map-maze", "aggregation"])
+@pytest.mark.parametrize("name", ["discrimination", "khepera-sensor-noise", "map-maze", "aggregation"])
 def test_environments_go_on_after_pickling(name):
-    """A copy that is made within an episode has the same future."""
+    """A copy in the middle of an episode has the same future."""
     from oneiro import pettingzoo
 
     exp = oneiro.Experiment.load(EXPERIMENTS / f"{name}.toml")
@@ -592,8 +592,10 @@ def test_environments_go_on_after_pickling(name):
         envs.step(actions)
         one.step(alone(actions))
     for copied in (lambda it: pickle.loads(pickle.dumps(it)), copy.deepcopy):
-        envs, one = copied(envs), copied(one)
         twin, other = copied(envs), copied(one)
+        # The original goes on next to its copy.
+        states = ([*own.native.state(), own.native.poses()] for own in (envs._episodes, twin._episodes))
+        assert all((ours == theirs).all() for ours, theirs in zip(*states, strict=True))
         for _ in range(40):
             actions = generator.uniform(-1, 1, shape)
             for ours, theirs in zip(envs.step(actions)[:4], twin.step(actions)[:4], strict=True):

@@ -145,7 +145,7 @@ def test_what_is_refused(avoidance):
 
 
 def test_an_experiment_may_need_so_many_genes():
-    """Here of each gene a share of the first population."""
+    """Here `initial_shares` has a number for each gene."""
     exp = oneiro.Experiment.example("kheperax-elites")
     compared(exp, network(5, [8, 2], ["tanh", "linear"]))
     with pytest.raises(oneiro.InputError, match="initial_shares: has 66 numbers"):

@@ -62,7 +62,7 @@ impl Stepped {
         self.length
     }
 
-    /// What [`Stepped::new`] was given: the number of lives, and the device.
+    /// The arguments of [`Stepped::new`]: the number of episodes, and the device.
     pub fn parts(&self) -> (usize, &str) {
         (self.own.cycles().len(), &self.backend)
     }

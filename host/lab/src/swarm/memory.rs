@@ -83,7 +83,7 @@ impl Memory<'_> {
             Some(real)
         };
         let rules = match self.kind {
-            // What it predicted can be told once the interval is over.
+            // A prediction can be compared once its interval is over.
             Kind::Disparity => (Says::LastWhole, Credit::Matched),
             _ => (self.says, self.credit),
         };

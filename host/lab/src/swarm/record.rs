@@ -82,7 +82,7 @@ pub enum Kind {
     SimulatorRandom,
     /// A single robot.
     Alone,
-    /// No simulators: a robot takes over the best controller of its own and those received, by real fitness, mutated.
+    /// No simulators: a robot takes over the controller with the highest real fitness, its own or a received one, mutated.
     Embodied,
     /// No simulators: a robot takes over one of the received controllers at random, mutated (after mEDEA).
     EmbodiedRandom,

@@ -388,7 +388,7 @@ fn at_random_nothing_is_lost_by_its_fitness() {
     assert!((0..200).all(|seed| taken_by(seed, false) == 0.03 * 29.0));
 }
 
-/// Without mutations, a simulator that is taken over predicted the last interval of its robot better than one's own did this one.
+/// Without mutations, a robot takes over a simulator that predicted its sender's last interval better than the robot's own did this one.
 #[test]
 fn simulators_that_predict_best_are_taken_over() {
     let mut plan = plan(Case::Over, Kind::Disparity);

@@ -76,7 +76,7 @@ impl Timed {
             .iter()
             .map(|&cell| Self::of(&*sweep.cell(cell)?, sweep.runs() as u64))
             .collect::<Result<Vec<_>>>()?;
-        // What its steps are, of those of the timed cell's plan.
+        // The fraction of each work in the planned steps of its cell.
         let shares: Vec<Vec<f64>> = timed
             .iter()
             .zip(&all)
@@ -261,9 +261,9 @@ mod tests {
         (cell.steps(), works.iter().map(work).collect())
     }
 
-    /// What stands for reality is slower than the simulator: it is timed by itself.
+    /// A surrogate is slower than the simulator, and is timed separately.
     #[test]
-    fn reality_is_timed_by_itself() {
+    fn reality_is_timed_separately() {
         // Of 220 generations of 100 individuals with an episode of 500 cycles each, the last twenty are in reality.
         let (all, works) = works("../../studies/miglino1995/plastic/severity-1.toml");
         let steps: Vec<u64> = works.iter().map(|(_, steps)| *steps).collect();

@@ -579,20 +579,19 @@ impl super::Experiment for Single {
                 steps,
             })
         };
-        let mut all = Vec::new();
-        let mut simulated = self.steps();
+        // The generations on a surrogate are some of all.
+        let generations = settings.reality.generations.filter(|_| places.transfer.is_some());
+        let transferred = of_generation * u64::from(generations.unwrap_or_default());
+        let simulated = self.steps().saturating_sub(transferred);
+        let mut all = vec![work(&places.simulator, at_a_time, simulated)?];
         if let Some(place) = &places.transfer {
-            // Its generations are some of all.
-            let steps = of_generation * u64::from(settings.reality.generations.unwrap_or_default());
-            simulated = simulated.saturating_sub(steps);
-            all.push(work(place, at_a_time, steps)?);
+            all.push(work(place, at_a_time, transferred)?);
         }
         if let [place, ..] = &places.reality[..] {
             // The last generation again, in each of them.
             let realities = places.reality.len() as u64;
             all.push(work(place, at_a_time * realities, of_generation * realities)?);
         }
-        all.insert(0, work(&places.simulator, at_a_time, simulated)?);
         Ok(all)
     }
 
