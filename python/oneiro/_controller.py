@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _native
@@ -104,6 +106,31 @@ class Controller:
         """Speeds of the left and the right wheel that outputs command, as fractions of full speed, -1 to 1."""
         speeds = self._native.wheels(self._rows("outputs", outputs, 2))
         return speeds[0] if self._single else speeds
+
+    def export(
+        self,
+        to: str,
+        out: str | os.PathLike[str] | None = None,
+        *,
+        name: str | None = None,
+        seed: int = 1,
+        checks: int = 16,
+    ) -> Path:
+        """Writes the controller of one genome as a file, or for some targets a folder, for another program or robot; returns its path.
+
+        `to` is a target of `oneiro export`: "c", "cpp", "arduino", "rust", "javascript", "python", "lua", "argos", "webots", "onnx" or
+        "ros2". `name` begins the names in the file, by default the experiment's; without `out` it is also the file's. The file checks
+        itself by `checks` cycles, 1 to 1000, of the first episode with this seed. What exists is not overwritten.
+        """
+        if not isinstance(to, str):
+            raise InputError(f"to: is {to!r}; allowed: a name, such as 'c'")
+        if name is not None and not isinstance(name, str):
+            raise InputError(f"name: is {name!r}; allowed: a name in C")
+        count = whole("checks", checks, 1)
+        if count > 1000:
+            raise InputError(f"checks: is {checks}; allowed: 1 to 1000")
+        where = None if out is None else os.fspath(out)
+        return Path(self._native.export(to, where, name, whole("seed", seed), count))
 
     def _rows(self, name: str, values: Any, width: int) -> NDArray[np.float32]:
         import numpy as np

@@ -1,5 +1,7 @@
 //! Controllers that are stepped with readings from elsewhere.
 
+use std::path::Path;
+
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use oneiro::export::Input;
 use oneiro_host::api::controller as api;
@@ -81,6 +83,21 @@ impl Controllers {
     fn inputs(&self, py: Python<'_>) -> Vec<(String, String)> {
         let words = |input: &Input| (input.name.clone(), input.about.clone());
         self.0.with(py, |own| own.inputs().iter().map(words).collect())
+    }
+
+    fn export(
+        &self,
+        py: Python<'_>,
+        to: &str,
+        out: Option<&str>,
+        name: Option<&str>,
+        seed: u64,
+        checks: usize,
+    ) -> PyResult<String> {
+        let path = self
+            .0
+            .done(py, |own| own.export(to, out.map(Path::new), name, seed, checks))?;
+        Ok(path.display().to_string())
     }
 
     #[getter]

@@ -19,9 +19,11 @@
 mod c;
 mod cpp;
 mod objects;
+mod onnx;
 mod pieces;
 mod rust;
 mod scripts;
+mod systems;
 
 use oneiro_shader_compiler::interpret::{self, Buffers};
 use oneiro_shader_compiler::specialise::Known;
@@ -42,6 +44,8 @@ use crate::world::{Build, Controller as Kind, Noise, Robot, World, WorldSpec};
 pub use c::c;
 pub use cpp::{arduino, cpp};
 pub use objects::{javascript, lua, python, rust};
+pub use onnx::onnx;
+pub use systems::{argos, ros2, webots};
 
 /// Duration of a control cycle, s.
 pub const PERIOD: f32 = 0.1;
@@ -63,12 +67,16 @@ pub struct Target {
     pub about: &'static str,
     /// What it is written as.
     pub form: Form,
+    /// Whether it has the simulator's bits.
+    pub is_exact: bool,
 }
 
 /// What a controller is written as.
 pub enum Form {
     /// A file, the ends that its name may have, the usual one first.
     File(&'static [&'static str], Print<String>),
+    /// The same, which some controllers are refused: their robots have no counterpart there.
+    Fitting(&'static [&'static str], Print<Result<Vec<u8>, Invalid>>),
     /// A folder with files, by their paths.
     Folder(Print<Vec<(String, String)>>),
 }
@@ -79,36 +87,67 @@ pub const TARGETS: &[Target] = &[
         name: "c",
         about: "a C99 file without libraries, with a function that checks its own bits",
         form: Form::File(&["c", "h"], c),
+        is_exact: true,
     },
     Target {
         name: "cpp",
         about: "a C++ header with a class",
         form: Form::File(&["hpp", "h"], cpp),
+        is_exact: true,
     },
     Target {
         name: "arduino",
         about: "an Arduino library, a folder with an example",
         form: Form::Folder(arduino),
+        is_exact: true,
     },
     Target {
         name: "rust",
         about: "a Rust module without std",
         form: Form::File(&["rs"], rust),
+        is_exact: true,
     },
     Target {
         name: "javascript",
         about: "a JavaScript module",
         form: Form::File(&["mjs", "js"], javascript),
+        is_exact: true,
     },
     Target {
         name: "python",
         about: "a Python module without packages",
         form: Form::File(&["py"], python),
+        is_exact: true,
     },
     Target {
         name: "lua",
         about: "a Lua module, for Lua 5.1 and newer",
         form: Form::File(&["lua"], lua),
+        is_exact: true,
+    },
+    Target {
+        name: "argos",
+        about: "a Lua script for ARGoS's e-puck",
+        form: Form::Fitting(&["lua"], argos),
+        is_exact: true,
+    },
+    Target {
+        name: "webots",
+        about: "a controller for Webots, in C",
+        form: Form::Fitting(&["c"], webots),
+        is_exact: true,
+    },
+    Target {
+        name: "onnx",
+        about: "an ONNX model, of networks, without the simulator's bits",
+        form: Form::Fitting(&["onnx"], onnx),
+        is_exact: false,
+    },
+    Target {
+        name: "ros2",
+        about: "a ROS 2 package with a node in Python, a folder",
+        form: Form::Folder(ros2),
+        is_exact: true,
     },
 ];
 

@@ -235,7 +235,7 @@ impl Activation {
 
 impl Layer {
     /// The activation function that its outputs have the range of.
-    fn range(&self) -> Activation {
+    pub(crate) fn range(&self) -> Activation {
         match self.kind {
             LayerKind::Dense | LayerKind::Elman => self.activation.unwrap_or_default(),
             LayerKind::Ctrnn | LayerKind::Plastic => Activation::Logistic,
@@ -251,7 +251,7 @@ impl Layer {
         }
     }
 
-    fn has_biases(&self) -> bool {
+    pub(crate) fn has_biases(&self) -> bool {
         self.biases.unwrap_or(true)
     }
 
@@ -455,6 +455,14 @@ impl Layer {
         };
         let numbers = numbers.map(|number| number as f32);
         slope_value.chain(names.into_iter().zip(numbers)).collect()
+    }
+
+    /// Of a continuous-time layer: from the gene of a unit's time constant to the fraction of it that a cycle is.
+    #[cfg(feature = "compose")]
+    pub(crate) fn rate(&self, gene: f32) -> f32 {
+        let [least, greatest] = self.time_constants.unwrap_or(TIME_CONSTANTS).map(f64::from);
+        let lasts = f64::from(gene).clamp(0.0, 1.0) * exact::logarithm(greatest / least);
+        (CYCLE / least * exact::exponential(-lasts)) as f32
     }
 
     /// Checks conditions that involve several of its values; errors have keys without the layer's place.

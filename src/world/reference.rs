@@ -178,6 +178,16 @@ impl Reference {
         }
     }
 
+    /// Maximum distance of the centres of two robots that hear each other, mm.
+    pub(crate) fn range(&self) -> f32 {
+        self.signal_range.unwrap_or(700.0)
+    }
+
+    /// Factor of the attraction.
+    pub(crate) fn factor(&self) -> f32 {
+        self.attraction.unwrap_or(1.0)
+    }
+
     /// Cycles whose messages count for the attraction.
     #[cfg(feature = "compose")]
     pub(crate) fn cycles(&self) -> u32 {
@@ -208,7 +218,7 @@ impl Reference {
 
     /// Kernel data: the cells of `ReferenceCell` in `sensor/reference.wgsl`, and one for each lamp.
     pub(crate) fn cells(&self, arena: &Arena) -> impl Iterator<Item = [f32; 4]> + use<> {
-        let range = self.signal_range.unwrap_or(700.0);
+        let range = self.range();
         let [left, middle, right] = [
             self.grey_left.unwrap_or(Self::GREY[0]),
             self.grey_middle.unwrap_or(Self::GREY[1]),
@@ -224,7 +234,7 @@ impl Reference {
             // A message arrives where 16 random bits are not less than this.
             [
                 65536.0 * self.signal_loss.unwrap_or(0.85),
-                self.attraction.unwrap_or(1.0),
+                self.factor(),
                 self.body_height.unwrap_or(76.0),
                 arena.wall_height.unwrap_or(HIGHEST),
             ],

@@ -39,6 +39,8 @@ mod drawn;
 mod drives;
 #[cfg(feature = "compose")]
 mod export;
+#[cfg(feature = "compose")]
+mod export_systems;
 #[cfg(feature = "native")]
 mod features;
 mod forager;

@@ -23,7 +23,8 @@ struct Case {
     more: &'static str,
     /// Files that are different each time: they must only be there.
     drawn: &'static [&'static str],
-    /// Whether its file stays once it is complete, so that the same command refuses to write it again.
+    /// Whether its file or directory stays once it is complete, so that the same command refuses to write it again: it may be killed
+    /// when all is written, before it ends.
     stays: bool,
     /// Whether it starts other processes, which are killed a moment later than it.
     has_children: bool,
@@ -59,7 +60,10 @@ const CASES: [Case; 37] = [
     Case::new("sweep report", "WORK/swept"),
     Case::new("sweep extract", "swept 4 --out WORK/out"),
     Case::new("compare", "swept --out WORK/out"),
-    Case::new("evaluate", "small.toml --random 3 --traces WORK/out"),
+    Case {
+        stays: true,
+        ..Case::new("evaluate", "small.toml --random 3 --traces WORK/out")
+    },
     Case {
         stays: true,
         ..Case::new("evaluate", "small.toml --random 3 --out WORK/out.csv")
@@ -89,7 +93,10 @@ const CASES: [Case; 37] = [
     },
     Case::new("robot sample", "--objects wall --out WORK/out"),
     Case::new("robot sample", "--robot described.toml --out WORK/out"),
-    Case::new("robot calibrate", "small.toml --log lives --out WORK/out"),
+    Case {
+        stays: true,
+        ..Case::new("robot calibrate", "small.toml --log lives --out WORK/out")
+    },
     Case::new("robot tables convert", "wall.sam WORK/out.sample"),
     Case::new("robot tables export", "--builtin motor WORK/out.sam"),
     Case::new("robot tables show", "wall --out WORK/out.svg"),
@@ -119,6 +126,7 @@ const CASES: [Case; 37] = [
     Case::new("fleet replay", "fleet.toml"),
     Case {
         has_children: true,
+        stays: true,
         kills: 20,
         is_slow: true,
         ..Case::new("fleet twin", "fleet.toml --out WORK/out")
@@ -332,7 +340,7 @@ impl Bench {
     fn has_ended(&self, case: &Case, words: &[String], output: &Output, expected: &Files, when: &str) {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let ran = Ran::new(&words, output);
-        let is_refused = case.stays && ran.code == Some(3) && ran.stderr.contains("exists already");
+        let is_refused = case.stays && ran.code == Some(3) && ran.stderr.contains("nothing is overwritten");
         if !is_refused {
             ran.exits(0);
         }

@@ -417,6 +417,7 @@ fn whatever_is_accepted_has_one_result() {
         _ => 0..PARTS[is_long],
     };
     let (tally, next, begin) = (Tally::default(), AtomicU32::new(seeds.start), Instant::now());
+    count_failures();
     let work = || {
         let mut devices = Devices::new();
         let mut problems = Vec::new();
@@ -463,6 +464,23 @@ fn whatever_is_accepted_has_one_result() {
         .map(|(_, texts)| texts.join("\n// The next part:\n"))
         .unwrap_or_default();
     assert!(problems.is_empty(), "{}\nThe first:\n{first}", heads.join("\n"));
+    let failed = FAILED.load(Ordering::Relaxed);
+    assert!(failed == 0, "Oneiro's own code failed {failed} times, see above");
+}
+
+/// How often code of Oneiro's has panicked, on any thread.
+static FAILED: AtomicU32 = AtomicU32::new(0);
+
+/// Counts that from now on: whoever compiles better code beside episodes may be abandoned before anyone asks how it ended.
+fn count_failures() {
+    let before = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        let is_own = |file: &str| ["src/", "shaders/"].iter().any(|folder| file.starts_with(folder));
+        if info.location().is_some_and(|place| is_own(place.file())) {
+            FAILED.fetch_add(1, Ordering::Relaxed);
+        }
+        before(info);
+    }));
 }
 
 /// The results of a sweep by the program, as it writes them: by a number of jobs, in shards, with its cache of kernels empty or filled.

@@ -21,6 +21,8 @@ pub mod device;
 pub mod engine;
 pub mod exchange;
 pub mod experiment;
+#[cfg(feature = "compose")]
+pub mod exported;
 pub mod genomes;
 pub mod import;
 pub mod lives;

@@ -1,7 +1,10 @@
 //! Controllers by themselves, stepped with readings from elsewhere.
 
+use std::path::{Path, PathBuf};
+
 use oneiro::export::{Controller as Alone, Input, State};
 use oneiro_base::exit::Failure;
+use oneiro_lab::exported::{self, Order};
 use oneiro_lab::lives::Keys;
 use rayon::prelude::*;
 
@@ -57,6 +60,49 @@ impl Controllers {
     /// The experiment, the genomes and the number that they are made of.
     pub fn parts(&self) -> (&Experiment, &[f32], u32) {
         (&self.experiment, &self.genomes, self.number)
+    }
+
+    /// Writes its only genome's controller as `oneiro export` does, and returns the file or folder.
+    ///
+    /// # Errors
+    /// Exit 3 for several genomes, another target or name, and a controller that the target can't hold; 6 if it can't be written.
+    pub fn export(
+        &self,
+        to: &str,
+        out: Option<&Path>,
+        name: Option<&str>,
+        seed: u64,
+        checks: usize,
+    ) -> Result<PathBuf> {
+        let experiment = self.experiment.single()?;
+        if self.own.len() > 1 {
+            let problem = format!("genomes: are {}; allowed: one", self.own.len());
+            return Err(Error::input(problem));
+        }
+        let target = exported::target(to)
+            .ok_or_else(|| Error::input(format_args!("to: is {to:?}; allowed: {}", exported::targets())))?;
+        let name = name.map_or_else(|| exported::identifier(experiment.name()), str::to_owned);
+        if !exported::is_name(&name) {
+            return Err(Error::input(format_args!(
+                "name: is {name:?}; allowed: up to {} letters, digits and _, a letter first",
+                exported::LONGEST
+            )));
+        }
+        let out = exported::place("out", out, &name, target)?;
+        exported::export(&Order {
+            experiment,
+            genome: &self.genomes,
+            from: "a genome from Python",
+            set: "",
+            number: self.number,
+            target,
+            name,
+            out: out.clone(),
+            seed,
+            trial: 0,
+            checks,
+        })?;
+        Ok(out)
     }
 
     /// Number of robots.

@@ -9,6 +9,7 @@ use oneiro_shader_compiler::trees;
 
 use super::encode::{Bytes, Condition, Instruction, Memory, Place, Register, Under, Vectors};
 use super::operations::{Arithmetic, Logic, Shift, instructions as x86};
+use super::write::destinations;
 
 #[allow(dead_code, reason = "the build script uses the rest")]
 #[path = "../../../catalogue.rs"]
@@ -555,6 +556,29 @@ fn nothing_is_fused_or_approximate_and_nothing_is_called() {
                     !is_fused && !is_approximate && !leaves,
                     "{}: {text} ({vectors:?})",
                     entry.name
+                );
+            }
+        }
+    }
+}
+
+/// Every way in which up to five blocks jump: whoever follows the jumps comes to the same block, which is left in.
+#[test]
+fn blocks_that_only_jump_are_left_out() {
+    for blocks in 1..=5_usize {
+        for way in 0..(blocks + 1).pow(blocks as u32) {
+            let choice = |block: usize| way / (blocks + 1).pow(block as u32) % (blocks + 1);
+            let jumps: Vec<_> = (0..blocks).map(|block| choice(block).checked_sub(1)).collect();
+            let labels = destinations(&jumps);
+            for (block, label) in labels.iter().enumerate() {
+                assert_eq!(labels[*label], *label, "{jumps:?}: {labels:?}");
+                let followed = std::iter::successors(Some(block), |block| jumps[*block]).take(blocks + 1);
+                let followed: Vec<_> = followed.collect();
+                assert!(followed.contains(label), "{jumps:?}: {labels:?}");
+                // Only a loop without any code ends at a block that jumps.
+                assert!(
+                    jumps[*label].is_none() || followed.len() > blocks,
+                    "{jumps:?}: {labels:?}"
                 );
             }
         }

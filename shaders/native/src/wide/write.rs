@@ -62,26 +62,41 @@ pub(super) fn write(graph: &Graph, function: &Function, output: &Output, arrays:
     Ok(writer.bytes.finish())
 }
 
+/// Where each block's jumps end, if those that have one here only jump. A loop without any code ends at one of its own, which stays.
+pub(super) fn destinations(jumps: &[Option<usize>]) -> Vec<Label> {
+    fn end(labels: &[Label], mut block: usize) -> usize {
+        while labels[block] != block {
+            block = labels[block];
+        }
+        block
+    }
+    let mut labels: Vec<Label> = (0..jumps.len()).collect();
+    for (block, next) in jumps.iter().enumerate() {
+        if let Some(next) = *next {
+            labels[block] = end(&labels, next);
+        }
+    }
+    // Again: a block may only have been left out after others that jump to it, as the head of a loop is after its end.
+    (0..jumps.len()).map(|block| end(&labels, block)).collect()
+}
+
 impl Writer<'_> {
     /// Blocks that only jump are left out.
     fn skip_jumps(&mut self) {
-        for block in (0..self.labels.len()).rev() {
+        let jump = |block: usize| {
             let mut code = self.output.block_insts_and_edits(self.function, Block::new(block));
-            if let (Some(InstOrEdit::Inst(inst)), [next]) = (code.next(), &self.function.blocks[block].next[..])
-                && self.function.insts[inst.index()].op == Op::Jump
-                && block != 0
-            {
-                let mut to = next.index();
-                // Chains of them end, except for loops without any code.
-                for _ in 0..self.labels.len() {
-                    if self.labels[to] == to {
-                        break;
-                    }
-                    to = self.labels[to];
+            match (code.next(), &self.function.blocks[block].next[..]) {
+                (Some(InstOrEdit::Inst(inst)), [next]) => {
+                    (self.function.insts[inst.index()].op == Op::Jump).then(|| next.index())
                 }
-                self.labels[block] = to;
+                _ => None,
             }
-        }
+        };
+        // The first one begins the function.
+        let jumps: Vec<_> = (0..self.labels.len())
+            .map(|block| jump(block).filter(|_| block != 0))
+            .collect();
+        self.labels = destinations(&jumps);
     }
 
     /// Where an array begins.

@@ -1,0 +1,178 @@
+//! Controllers as files for other programs and robots.
+
+use std::path::{Path, PathBuf};
+
+use oneiro::cpu::Cpu;
+use oneiro::export::{Controller, Form, Recorded, TARGETS, Target};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::{files, plain};
+
+use crate::experiment::Experiment;
+use crate::lives::Keys;
+
+/// Most characters of a name.
+pub const LONGEST: usize = 40;
+
+/// What is exported, and how.
+pub struct Order<'a> {
+    pub experiment: &'a Experiment,
+    /// One genome of the experiment, and where it is from.
+    pub genome: &'a [f32],
+    pub from: &'a str,
+    /// Options of `oneiro evaluate` that make the same experiment.
+    pub set: &'a str,
+    /// The robot of a swarm.
+    pub number: u32,
+    pub target: &'static Target,
+    /// What the names in the file begin with.
+    pub name: String,
+    pub out: PathBuf,
+    /// The seed and the trial of the episode that its checks are from, and their number.
+    pub seed: u64,
+    pub trial: u32,
+    pub checks: usize,
+}
+
+/// What was exported.
+pub struct Exported {
+    pub controller: Controller,
+    /// Cycles of the episode in which it had the simulator's bits, and how many of these its file checks.
+    pub cycles: usize,
+    pub checked: usize,
+}
+
+/// The target of this name.
+pub fn target(name: &str) -> Option<&'static Target> {
+    TARGETS.iter().find(|target| target.name == name)
+}
+
+/// All targets, for messages.
+pub fn targets() -> String {
+    let all: Vec<_> = TARGETS
+        .iter()
+        .map(|target| format!("{} ({})", target.name, target.about))
+        .collect();
+    all.join("; ")
+}
+
+/// Whether it is a name in C that is not too long.
+pub fn is_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && name.len() <= LONGEST
+}
+
+/// A name in C that is like an experiment's.
+pub fn identifier(name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let name: String = name.chars().map(plain).take(LONGEST - 1).collect();
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        name
+    } else {
+        format!("c{name}")
+    }
+}
+
+/// Where to write a target: what was given as `label`, or a file or folder by its name.
+pub fn place(label: &str, out: Option<&Path>, name: &str, target: &Target) -> Result<PathBuf> {
+    let (Form::File(extensions, _) | Form::Fitting(extensions, _)) = target.form else {
+        let out = out.unwrap_or(Path::new(name));
+        files::must_not_be_file(out)?;
+        return Ok(out.to_owned());
+    };
+    let out = out.map_or_else(|| PathBuf::from(name).with_extension(extensions[0]), Path::to_owned);
+    let is_of_target = |ending: &&str| out.extension().is_some_and(|extension| extension == *ending);
+    if !extensions.iter().any(is_of_target) {
+        files::must_end_in(label, &out, extensions[0], target.about)?;
+    }
+    Ok(out)
+}
+
+/// Writes the controller, after it has acted in an episode with the simulator's bits.
+pub fn export(order: &Order<'_>) -> Result<Exported> {
+    let Order {
+        experiment,
+        genome,
+        from,
+        set,
+        number,
+        target,
+        seed,
+        trial,
+        ..
+    } = *order;
+    let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
+    let world = experiment.world();
+    let controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
+    let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
+    let key = Keys::of_seed(seed).of(0, trial as usize);
+    let cycles = controller.record(&mut cpu, key).map_err(|error| refused(&error))?;
+    if cycles.is_empty() {
+        return Err(refused(
+            &"its episode ends before its first cycle; allowed: another seed or trial",
+        ));
+    }
+    let identity = experiment.identities().of(seed).to_hex();
+    let bytes: Vec<u8> = genome.iter().flat_map(|gene| gene.to_le_bytes()).collect();
+    let robot = if world.robots() > 1 {
+        format!(", robot {number}")
+    } else {
+        String::new()
+    };
+    let origin = [
+        format!(
+            "Experiment: {} (with seed {seed}: {})",
+            experiment.name(),
+            &identity[..16]
+        ),
+        format!(
+            "Genome: {from} (its {} genes: {})",
+            genome.len(),
+            &blake3::hash(&bytes).to_hex()[..16]
+        ),
+        format!("Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {trial}{robot}"),
+    ];
+    let chosen = spread(&cycles, order.checks);
+    let (name, out) = (order.name.as_str(), &order.out);
+    let texts = match target.form {
+        Form::File(_, print) => vec![(out.clone(), print(&controller, name, &origin, &chosen).into_bytes())],
+        Form::Fitting(_, print) => {
+            let printed = print(&controller, name, &origin, &chosen);
+            vec![(out.clone(), printed.map_err(|invalid| refused(&invalid))?)]
+        }
+        Form::Folder(print) => {
+            let files = print(&controller, name, &origin, &chosen).into_iter();
+            files.map(|(file, text)| (out.join(file), text.into_bytes())).collect()
+        }
+    };
+    write(&texts)?;
+    Ok(Exported {
+        controller,
+        cycles: cycles.len(),
+        checked: chosen.len(),
+    })
+}
+
+/// Writes files, none of which is there with other bytes.
+fn write(texts: &[(PathBuf, Vec<u8>)]) -> Result {
+    let is_new = |(path, text): &&(PathBuf, Vec<u8>)| !files::is_already(path, text);
+    for (path, _) in texts.iter().filter(is_new) {
+        files::must_not_exist(path)?;
+    }
+    for (path, text) in texts {
+        if let [_, _, ..] = texts {
+            let folder = path.parent().unwrap_or(path);
+            plain::make_directory(folder).map_err(|error| files::uncreated(folder, &error))?;
+        }
+        files::write_new(path, text)?;
+    }
+    Ok(())
+}
+
+/// As many cycles, evenly over the episode, the first and the last among them.
+fn spread(cycles: &[Recorded], count: usize) -> Vec<Recorded> {
+    let count = count.min(cycles.len());
+    let last = cycles.len().saturating_sub(1);
+    let at = |index: usize| index * last / count.saturating_sub(1).max(1);
+    (0..count).map(|index| cycles[at(index)].clone()).collect()
+}
