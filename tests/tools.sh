@@ -85,10 +85,11 @@ microcontrollers() {
 # Robots are driven in a simulator if it is available.
 simulator() {
     local name
-    for name in asebaplayground asebaswitch faketime ip unshare; do
-        command -v "$name" >/dev/null && continue
+    for name in asebaplayground asebaswitch faketime ip unshare /usr/share/i18n/locales/en_US; do
+        { command -v "$name" || [ -e "$name" ]; } >/dev/null && continue
         say "installing a simulator of robots"
-        install aseba faketime iproute2 util-linux || echo "no asebaplayground: robots will not be driven in it"
+        # Aseba's compiler asks for a locale.
+        install aseba faketime iproute2 util-linux locales || echo "no asebaplayground: robots will not be driven in it"
         return
     done
 }

@@ -869,7 +869,8 @@ pub(crate) struct Export {
     #[arg(value_hint = ValueHint::AnyPath)]
     pub(crate) champion: Option<PathBuf>,
     /// What to write: c (a C99 file), cpp (a C++ header), arduino (a library, a folder), rust, javascript, python, lua, argos (a script for
-    /// its e-puck), webots (a controller in C), ros2 (a package, a folder), or onnx (a network)
+    /// its e-puck), webots (a controller in C), ros2 (a package, a folder), aseba (for a
+    /// Thymio II), or onnx (a network)
     #[arg(long, value_name = "TARGET")]
     pub(crate) to: Option<String>,
     /// The file or folder to write; files that exist are never overwritten [default: the experiment's name, in the current folder]

@@ -118,8 +118,8 @@ class Controller:
     ) -> Path:
         """Writes the controller of one genome as a file, or for some targets a folder, for another program or robot; returns its path.
 
-        `to` is a target of `oneiro export`: "c", "cpp", "arduino", "rust", "javascript", "python", "lua", "argos", "webots", "onnx" or
-        "ros2". `name` begins the names in the file, by default the experiment's; without `out` it is also the file's. The file checks
+        `to` is a target of `oneiro export`: "c", "cpp", "arduino", "rust", "javascript", "python", "lua", "argos", "webots", "ros2",
+        "aseba" or "onnx". `name` begins the names in the file, by default the experiment's; without `out` it is also the file's. The file checks
         itself by `checks` cycles, 1 to 1000, of the first episode with this seed. What exists is not overwritten.
         """
         if not isinstance(to, str):

@@ -16,11 +16,13 @@
 //! # Ok::<(), oneiro::parameter::Invalid>(())
 //! ```
 
+mod aseba;
 mod c;
 mod cpp;
 mod objects;
 mod onnx;
 mod pieces;
+mod plan;
 mod rust;
 mod scripts;
 mod systems;
@@ -41,6 +43,7 @@ use crate::world::differential::Differential;
 use crate::world::tables::{MotorTable, SENSOR_NAMES};
 use crate::world::{Build, Controller as Kind, Noise, Robot, World, WorldSpec};
 
+pub use aseba::aseba;
 pub use c::c;
 pub use cpp::{arduino, cpp};
 pub use objects::{javascript, lua, python, rust};
@@ -136,6 +139,12 @@ pub const TARGETS: &[Target] = &[
         about: "a controller for Webots, in C",
         form: Form::Fitting(&["c"], webots),
         is_exact: true,
+    },
+    Target {
+        name: "aseba",
+        about: "a program of Aseba for a Thymio II, of networks, in whole numbers",
+        form: Form::Fitting(&["aesl"], aseba),
+        is_exact: false,
     },
     Target {
         name: "onnx",

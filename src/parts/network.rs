@@ -244,7 +244,7 @@ impl Layer {
     }
 
     /// The sums that a unit makes, by the endings of their genes' names.
-    fn sums(&self) -> &'static [&'static str] {
+    pub(crate) fn sums(&self) -> &'static [&'static str] {
         match self.kind {
             LayerKind::Lstm => &["_input_gate", "_forget_gate", "_output_gate", "_candidate"],
             _ => &[""],

@@ -1,9 +1,16 @@
-//! `oneiro export`: of runs, of their files and of other genomes; of all shipped experiments; the page's program; refusals.
+//! `oneiro export`: of runs, of their files and of other genomes; of all shipped experiments; the page's program; a simulated Thymio II that
+//! runs what is written for it; refusals.
 
+use std::fmt::Write as _;
 use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
+use crate::aseba::{FIRST_PORT, in_a_network, live, world};
 use crate::place::Place;
 use crate::skips::skipped;
 
@@ -257,4 +264,197 @@ fn the_page_is_right() {
             "{speeds:?}"
         );
     }
+}
+
+/// A Thymio II with a network.
+fn thymio(network: &str) -> String {
+    format!(
+        "cycles = 30\n[robot]\npreset = 'thymio2'\n[arena]\nwidth_mm = 1000.0\nheight_mm = 1000.0\n{network}\n\
+         [evolution]\npopulation = 8\nparents = 2\ngenerations = 1\n"
+    )
+}
+
+const NETWORKS: [&str; 4] = [
+    "",
+    "[controller]\nkind = 'network'\nactivation = 'tanh'\n[[controller.layers]]\nkind = 'elman'\nunits = 4\nactivation = 'tanh'\nslope = 0.5",
+    "[controller]\nkind = 'network'\nactivation = 'linear'\nslope = 0.2\n[[controller.layers]]\nunits = 3\nactivation = 'relu'\nbiases = false",
+    "[controller]\nkind = 'recurrent'",
+];
+
+/// Aseba's compiler and its bridge to the web, for a robot of the playground.
+struct Bridge(Child);
+
+impl Bridge {
+    const PORT: u16 = 35000;
+
+    /// `place` gets the locale that the compiler asks for by its name.
+    fn start(place: &Place) -> Self {
+        let locale = place.at("en_US.UTF-8");
+        let mut made = Command::new("localedef");
+        let made = made.args(["-i", "en_US", "-f", "UTF-8"]).arg(&locale).output();
+        assert!(locale.exists(), "tests/tools.sh installs the package locales: {made:?}");
+        let process = Command::new("asebahttp")
+            .args(["-p", &Self::PORT.to_string(), "-s", "35001"])
+            .arg(format!("tcp:host=127.0.0.1;port={FIRST_PORT}"))
+            .env("LOCPATH", locale.parent().unwrap())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        let bridge = Self(process.unwrap());
+        let start = Instant::now();
+        while !bridge.ask("GET", "nodes", "").contains("thymio-II") {
+            assert!(start.elapsed() < Duration::from_secs(20), "the bridge does not start");
+            thread::sleep(Duration::from_millis(50));
+        }
+        bridge
+    }
+
+    /// The body of an answer.
+    fn ask(&self, method: &str, path: &str, body: &str) -> String {
+        let Ok(mut stream) = TcpStream::connect(("127.0.0.1", Self::PORT)) else {
+            return String::new();
+        };
+        stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+        write!(
+            stream,
+            "{method} /{path} HTTP/1.1\r\nHost: robot\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}",
+            body.len()
+        )
+        .unwrap();
+        let (mut answer, mut piece) = (Vec::new(), [0; 4096]);
+        loop {
+            let text = String::from_utf8_lossy(&answer).into_owned();
+            if let Some((head, found)) = text.split_once("\r\n\r\n") {
+                let length = head.lines().find_map(|line| line.strip_prefix("Content-Length: "));
+                if found.len() >= length.map_or(usize::MAX, |length| length.trim().parse().unwrap()) {
+                    return found.to_owned();
+                }
+            }
+            match stream.read(&mut piece) {
+                Ok(count) if count > 0 => answer.extend_from_slice(&piece[..count]),
+                _ => {
+                    return text
+                        .split_once("\r\n\r\n")
+                        .map_or_else(String::new, |(_, found)| found.to_owned());
+                }
+            }
+        }
+    }
+
+    /// A variable of the robot's, once it is as wanted.
+    fn variable(&self, name: &str, is_wanted: impl Fn(&[i64]) -> bool) -> Vec<i64> {
+        let start = Instant::now();
+        loop {
+            let text = self.ask("GET", &format!("nodes/thymio-II/{name}"), "");
+            if let Ok(numbers) = serde_json::from_str::<Vec<i64>>(&text)
+                && is_wanted(&numbers)
+            {
+                return numbers;
+            }
+            assert!(start.elapsed() < Duration::from_secs(10), "{name}: {text}");
+        }
+    }
+}
+
+impl Drop for Bridge {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// In Aseba's own virtual machine, the outputs are as near the simulator's as the file says.
+#[test]
+fn a_thymio_computes_what_its_program_says() {
+    if !in_a_network(
+        "a_thymio_computes_what_its_program_says",
+        "programs of a Thymio II in Aseba's simulator",
+    ) {
+        return;
+    }
+    let robot = format!(
+        "<robot type=\"thymio2\" x=\"60\" y=\"60\" angle=\"0\" port=\"{FIRST_PORT}\" name=\"r1\" nodeId=\"1\"/>"
+    );
+    live(&world(120.0, 120.0, &robot), 1, 1, |_| {
+        let place = Place::new("thymio");
+        let bridge = Bridge::start(&place);
+        for (number, network) in NETWORKS.iter().enumerate() {
+            let (file, run) = (format!("robot-{number}.toml"), format!("run-{number}"));
+            place.write(&file, thymio(network));
+            place.evolved(&file, "1", &run, &[]);
+            let program = format!("robot-{number}.aesl");
+            place.good(&["export", &run, "--to", "aseba", "--out", &program]);
+            let text = place.text(&program);
+            let (_, stated) = text.split_once("at most ").expect("it says how near it is");
+            let stated: f64 = stated.split(' ').next().unwrap().parse().unwrap();
+            assert!(stated > 0.0 && stated < 0.02, "{network}: {stated}");
+            // The readings are given, and the robot stays where it is.
+            let text = text
+                .replace("prox.horizontal[", "near[")
+                .replace("prox.ground.delta[", "grey[")
+                .replace("motor.left.target", "speeds[0]")
+                .replace("motor.right.target", "speeds[1]")
+                .replace("onevent prox", "onevent next\n    done = done + 1")
+                .replace(
+                    "\nvar one =",
+                    "\nvar near[7]\nvar grey[2]\nvar speeds[2]\nvar done = 0\nvar one =",
+                )
+                .replacen("<node ", "<event size=\"0\" name=\"next\"/>\n<node ", 1);
+            assert_eq!(bridge.ask("PUT", "nodes/thymio-II", &text), "", "{network}");
+            bridge.variable("done", |done| done == [0]);
+            // An episode's readings, in the robot's units, and the commands for them.
+            let traces = format!("traces-{number}");
+            let champion = format!("{run}/champion.json");
+            place.good(&[
+                "evaluate",
+                &file,
+                "--genomes",
+                &champion,
+                "--trials",
+                "1",
+                "--seed",
+                "1",
+                "--traces",
+                &traces,
+            ]);
+            let trace = fs::read_dir(place.at(&traces))
+                .unwrap()
+                .map(|entry| entry.unwrap().path())
+                .find(|path| {
+                    path.extension().is_some_and(|extension| extension == "csv")
+                        && path.to_str().unwrap().contains("trace")
+                });
+            let mut table = csv::Reader::from_path(trace.expect("a trace")).unwrap();
+            let head = table.headers().unwrap().clone();
+            let column = |name: &str| {
+                head.iter()
+                    .position(|column| column == name)
+                    .unwrap_or_else(|| panic!("{name} of {head:?}"))
+            };
+            let sensors: Vec<usize> = (0..7).map(|sensor| column(&format!("sensor_prox_{sensor}"))).collect();
+            let outputs = ["output_left", "output_right"].map(column);
+            let mut farthest = 0.0_f64;
+            for (cycle, row) in table.records().enumerate() {
+                let row = row.unwrap();
+                let number = |column: usize| -> f64 { row[column].parse().unwrap() };
+                let mut near = "nodes/thymio-II/near".to_owned();
+                for sensor in &sensors {
+                    write!(near, "/{}", (4500.0 * number(*sensor)).round()).unwrap();
+                }
+                let grey =
+                    ["left", "right"].map(|side| (1024.0 * number(column(&format!("sensor_ground_{side}")))).round());
+                bridge.ask("GET", &near, "");
+                bridge.ask("GET", &format!("nodes/thymio-II/grey/{}/{}", grey[0], grey[1]), "");
+                bridge.ask("GET", "nodes/thymio-II/next", "");
+                bridge.variable("done", |done| done == [cycle as i64 + 1]);
+                let speeds = bridge.variable("speeds", |_| true);
+                for (speed, output) in speeds.iter().zip(outputs) {
+                    farthest = farthest.max((0.5 + *speed as f64 / 1000.0 - number(output)).abs());
+                }
+            }
+            // A reading and a speed are each a whole number.
+            assert!(farthest < stated + 0.003, "{network}: {farthest}, stated {stated}");
+        }
+    });
 }

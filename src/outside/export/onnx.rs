@@ -1,15 +1,11 @@
 //! A network as an ONNX model (onnx.ai, `onnx.proto3`; opset 13), a batch of robots at a time. Its arithmetic is the runtime's, so it hasn't
 //! the simulator's bits.
 
-use std::collections::HashMap;
-
 use super::pieces::head;
+use super::plan::{Planned, Weights, plan};
 use super::{Controller, Recorded};
-use crate::batch::LEAST_GENE;
-use crate::genes::PREVIOUS;
-use crate::parameter::{Choice, Invalid};
-use crate::parts::network::{Activation, GREATEST_OUTPUT, Layer, LayerKind, Network, Outputs};
-use crate::world::Controller as Kind;
+use crate::parameter::Invalid;
+use crate::parts::network::{Activation, GREATEST_OUTPUT, LayerKind};
 
 /// Prints a network as an ONNX model. The inputs are `readings` and what each layer remembers, the outputs `commands` of both wheels and
 /// what it remembers next; the first dimension of all is the robots'.
@@ -17,47 +13,21 @@ use crate::world::Controller as Kind;
 /// # Errors
 /// A controller that is no network, or one that learns.
 pub fn onnx(controller: &Controller, name: &str, origin: &[String], _cycles: &[Recorded]) -> Result<Vec<u8>, Invalid> {
-    let genes = controller.genes.iter().map(|(name, gene)| {
-        let is_least = gene.abs() < LEAST_GENE;
-        (name.as_str(), if is_least { 0.0 } else { *gene })
-    });
-    let mut graph = Graph {
-        genes: genes.collect(),
-        ..Graph::default()
-    };
-    let inputs: Vec<String> = controller.inputs.iter().map(|input| input.name.clone()).collect();
-    graph.declare(INPUT, "readings", inputs.len());
+    let can_be = [LayerKind::Dense, LayerKind::Elman, LayerKind::Ctrnn, LayerKind::Lstm];
+    let plan = plan(controller, "onnx", &can_be)?;
+    let mut graph = Graph::default();
+    graph.declare(INPUT, "readings", controller.inputs.len());
     graph.declare(OUTPUT, "commands", 2);
-    let logistic = Network::default();
-    match &controller.world.spec().controller {
-        Kind::Perceptron => graph.network(&logistic, inputs, "")?,
-        Kind::Hidden { units } => {
-            let layer = Layer {
-                units: *units,
-                ..Layer::default()
-            };
-            let network = Network {
-                layers: vec![layer],
-                ..logistic
-            };
-            graph.network(&network, inputs, "")?;
-        }
-        Kind::Recurrent => {
-            graph.declare(INPUT, "previous", 2);
-            graph.declare(OUTPUT, "next_previous", 2);
-            let both = graph.joined("readings", "previous");
-            let inputs = [inputs, PREVIOUS.map(str::to_owned).to_vec()].concat();
-            let commands = graph.outputs(&logistic, &both, &inputs);
-            graph.named("Identity", &[&commands], "next_previous");
-            graph.named("Identity", &[&commands], "commands");
-        }
-        Kind::Network(network) => graph.network(network, inputs, "layer_N_")?,
-        other => {
-            let allowed = "perceptron, hidden, recurrent, network";
-            let problem = format!("is `{}`; allowed for onnx: {allowed}", other.word());
-            return Err(Invalid::new("controller.kind", problem));
-        }
+    let mut x = "readings".to_owned();
+    for (index, layer) in plan.layers.iter().enumerate() {
+        x = graph.layer(layer, index, &x);
     }
+    if plan.layers.last().is_none_or(|layer| layer.units != 2) {
+        let [begin, end, axes] = [0, 2, 1].map(|number| graph.whole(number));
+        x = graph.node("Slice", &[&x, &begin, &end, &axes]);
+    }
+    let commands = graph.command(plan.range, x);
+    graph.named("Identity", &[&commands], "commands");
     let mut about = head(controller, name, origin);
     about.push("Runtimes round otherwise than the simulator: the outputs have other bits.".to_owned());
     Ok(graph.model(name, &about.join("\n")))
@@ -67,93 +37,56 @@ pub fn onnx(controller: &Controller, name: &str, origin: &[String], _cycles: &[R
 const INPUT: u32 = 11;
 const OUTPUT: u32 = 12;
 
-/// A graph that grows: its fields, and the names of values that it has made.
+/// A graph that grows: its fields, and how many values it has made.
 #[derive(Default)]
-struct Graph<'a> {
-    genes: HashMap<&'a str, f32>,
+struct Graph {
     fields: Message,
     values: usize,
 }
 
-impl Graph<'_> {
-    /// A network from `readings` to `commands`. Its units are named as its genes name them; `N` in what begins their names is their
-    /// layer's place.
-    fn network(&mut self, network: &Network, mut inputs: Vec<String>, of_layer: &str) -> Result<(), Invalid> {
-        let mut x = "readings".to_owned();
-        for (index, layer) in network.layers.iter().enumerate() {
-            let place = of_layer.replace('N', &index.to_string());
-            let units = (0..layer.units).map(|unit| format!("{place}unit_{unit}")).collect();
-            x = self.layer(layer, index, &x, &inputs, &units)?;
-            inputs = units;
-        }
-        let commands = match (network.outputs, network.layers.last()) {
-            (Some(Outputs::FirstTwo), Some(layer)) => {
-                let [begin, end, axes] = [0, 2, 1].map(|number| self.whole(number));
-                let two = self.node("Slice", &[&x, &begin, &end, &axes]);
-                self.command(layer.range(), two)
-            }
-            _ => self.outputs(network, &x, &inputs),
-        };
-        self.named("Identity", &[&commands], "commands");
-        Ok(())
-    }
-
-    /// The commands of two units that weigh these inputs.
-    fn outputs(&mut self, network: &Network, x: &str, inputs: &[String]) -> String {
-        let units = ["left", "right"].map(str::to_owned);
-        let sum = self.weighed(x, inputs, &units, "", true);
-        let activation = network.activation.unwrap_or_default();
-        let outputs = self.activation(activation, network.slope, sum);
-        self.command(activation, outputs)
-    }
-
+impl Graph {
     /// A layer's outputs.
-    fn layer(
-        &mut self,
-        layer: &Layer,
-        index: usize,
-        x: &str,
-        inputs: &[String],
-        units: &Vec<String>,
-    ) -> Result<String, Invalid> {
-        let has_biases = layer.has_biases();
-        let sources = [inputs, units].concat();
+    fn layer(&mut self, layer: &Planned, index: usize, x: &str) -> String {
+        let units = layer.units;
         match layer.kind {
             LayerKind::Dense => {
-                let sum = self.weighed(x, inputs, units, "", has_biases);
-                Ok(self.activation(layer.activation.unwrap_or_default(), layer.slope, sum))
+                let sum = self.weighed(x, &layer.sums[0], true);
+                self.activation(layer, sum)
             }
             LayerKind::Elman => {
-                let before = self.remembered(index, "unit", units.len());
+                let before = self.remembered(index, "unit", units);
                 let all = self.joined(x, &before);
-                let sum = self.weighed(&all, &sources, units, "", has_biases);
-                let output = self.activation(layer.activation.unwrap_or_default(), layer.slope, sum);
-                self.remember(index, "unit", units.len(), &output);
-                Ok(output)
+                let sum = self.weighed(&all, &layer.sums[0], true);
+                let output = self.activation(layer, sum);
+                self.remember(index, "unit", units, &output);
+                output
             }
             LayerKind::Ctrnn => {
-                let state = self.remembered(index, "state", units.len());
-                let biases = has_biases.then(|| self.of_units(units, |graph, unit| graph.gene("bias", unit)));
-                let rates = self.of_units(units, |graph, unit| layer.rate(graph.gene("time_constant", unit)));
+                let state = self.remembered(index, "state", units);
+                let biases = layer.sums[0]
+                    .biases
+                    .as_ref()
+                    .map(|biases| self.tensor(&[units], biases));
+                let rates = self.tensor(&[units], &layer.rates);
                 let output_of = |graph: &mut Self, state: &str| {
                     let sum = biases.as_ref().map(|biases| graph.node("Add", &[state, biases]));
                     graph.node("Sigmoid", &[sum.as_deref().unwrap_or(state)])
                 };
                 let before = output_of(self, &state);
                 let all = self.joined(x, &before);
-                let sum = self.weighed(&all, &sources, units, "", false);
+                let sum = self.weighed(&all, &layer.sums[0], false);
                 let away = self.node("Sub", &[&sum, &state]);
                 let change = self.node("Mul", &[&rates, &away]);
                 let next = self.node("Add", &[&state, &change]);
-                self.remember(index, "state", units.len(), &next);
-                Ok(output_of(self, &next))
+                self.remember(index, "state", units, &next);
+                output_of(self, &next)
             }
             LayerKind::Lstm => {
-                let before = self.remembered(index, "unit", units.len());
-                let cell = self.remembered(index, "cell", units.len());
+                let before = self.remembered(index, "unit", units);
+                let cell = self.remembered(index, "cell", units);
                 let all = self.joined(x, &before);
-                let [input, forget, output, candidate] = ["_input_gate", "_forget_gate", "_output_gate", "_candidate"]
-                    .map(|gate| self.weighed(&all, &sources, units, gate, has_biases));
+                let [input, forget, output, candidate] =
+                    [0, 1, 2, 3].map(|gate| self.weighed(&all, &layer.sums[gate], true));
                 let one = self.tensor(&[], &[1.0]);
                 let forget = self.node("Add", &[&forget, &one]);
                 let [input, forget, output] = [input, forget, output].map(|gate| self.node("Sigmoid", &[&gate]));
@@ -163,53 +96,36 @@ impl Graph<'_> {
                 let cell = self.node("Add", &[&kept, &new]);
                 let shown = self.node("Tanh", &[&cell]);
                 let output = self.node("Mul", &[&output, &shown]);
-                self.remember(index, "cell", units.len(), &cell);
-                self.remember(index, "unit", units.len(), &output);
-                Ok(output)
+                self.remember(index, "cell", units, &cell);
+                self.remember(index, "unit", units, &output);
+                output
             }
-            LayerKind::Plastic => {
-                let problem = "is `plastic`, whose weights change in an episode; allowed for onnx: other kinds";
-                Err(Invalid::new(format!("controller.layers[{index}].kind"), problem))
-            }
+            LayerKind::Plastic => unreachable!("it is refused"),
         }
     }
 
-    /// The sums of units: the genes say how much each weighs each source. `ending` is that of a gate's genes.
-    fn weighed(&mut self, x: &str, sources: &[String], units: &[String], ending: &str, has_biases: bool) -> String {
-        let weight = |unit: &String, source: &String| self.genes[format!("{source}_to_{unit}{ending}").as_str()];
-        let weights: Vec<f32> = units
-            .iter()
-            .flat_map(|unit| sources.iter().map(move |source| weight(unit, source)))
-            .collect();
-        let weights = self.tensor(&[units.len(), sources.len()], &weights);
-        let biases =
-            has_biases.then(|| self.of_units(units, |graph, unit| graph.gene("bias", &format!("{unit}{ending}"))));
-        let all: Vec<&str> = [x, &weights].into_iter().chain(biases.as_deref()).collect();
+    /// The sums of units.
+    fn weighed(&mut self, x: &str, weights: &Weights, has_biases: bool) -> String {
+        let shape = [weights.rows.len(), weights.rows[0].len()];
+        let rows = self.tensor(&shape, &weights.rows.concat());
+        let biases = weights.biases.as_ref().filter(|_| has_biases);
+        let biases = biases.map(|biases| self.tensor(&shape[..1], biases));
+        let all: Vec<&str> = [x, &rows].into_iter().chain(biases.as_deref()).collect();
         let output = self.value();
         let transposed = Message::default().text(1, "transB").number(3, 1).number(20, 2);
         self.push("Gemm", &all, &output, Some(transposed));
         output
     }
 
-    fn gene(&self, what: &str, unit: &str) -> f32 {
-        self.genes[format!("{what}_{unit}").as_str()]
-    }
-
-    /// A number for each unit.
-    fn of_units(&mut self, units: &[String], number: impl Fn(&Self, &str) -> f32) -> String {
-        let numbers: Vec<_> = units.iter().map(|unit| number(self, unit)).collect();
-        self.tensor(&[units.len()], &numbers)
-    }
-
-    fn activation(&mut self, activation: Activation, slope: Option<f32>, sum: String) -> String {
-        let x = match slope {
+    fn activation(&mut self, layer: &Planned, sum: String) -> String {
+        let x = match layer.slope {
             Some(slope) => {
                 let slope = self.tensor(&[], &[slope]);
                 self.node("Mul", &[&sum, &slope])
             }
             None => sum,
         };
-        match activation {
+        match layer.activation {
             Activation::Logistic => self.node("Sigmoid", &[&x]),
             Activation::Tanh => self.node("Tanh", &[&x]),
             Activation::Relu => self.clipped(&x, 0.0, GREATEST_OUTPUT),
