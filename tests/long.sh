@@ -13,6 +13,8 @@ target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 say() { printf '\n== %s (%s s so far)\n' "$*" "$SECONDS"; }
 long() { cargo test --release --locked --workspace --features oneiro-host/parquet "$@"; }
 
+tests/tools.sh
+
 say "long lives on every lane code and adapter; both studies with all their parts"
 long --test library --test program -- --include-ignored goldens:: parity::
 
@@ -50,8 +52,8 @@ long --test library minds_outside
 say "a hundred thousand lives of each well-known experiment on every device"
 long --test program classics::the_same_bits -- --nocapture
 
-say "controllers in other languages, all cycles"
-long --test library export:: -- --nocapture
+say "controllers in other languages and on other processors, all cycles"
+long --test library export:: chips:: -- --include-ignored --nocapture
 long --test program export:: -- --nocapture
 
 say "all pinned worlds on emulated 64-bit ARM"

@@ -73,9 +73,12 @@ languages() {
 # Controllers as C run on microcontrollers, which are emulated.
 microcontrollers() {
     local name
-    for name in arm-none-eabi-gcc qemu-system-arm avr-gcc simavr /usr/share/arduino/hardware/arduino/avr/cores/arduino/main.cpp; do
+    local long=(riscv64-unknown-elf-gcc qemu-system-riscv64 clang wasm-ld)
+    [ -n "${ONEIRO_LONG:-}" ] || long=()
+    for name in arm-none-eabi-gcc qemu-system-arm avr-gcc simavr "${long[@]}" /usr/share/arduino/hardware/arduino/avr/cores/arduino/main.cpp; do
         command -v "$name" >/dev/null || [ -e "$name" ] && continue
         say "installing compilers and emulators of microcontrollers"
+        [ ${#long[@]} = 0 ] || install gcc-riscv64-unknown-elf qemu-system-misc clang lld || echo "no $name"
         install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-avr avr-libc simavr arduino-core-avr ||
             echo "no $name: controllers as C will not run on microcontrollers"
         return

@@ -97,10 +97,10 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 }
 ";
 
-struct Subject {
-    name: String,
-    controller: Controller,
-    cycles: Vec<Recorded>,
+pub(crate) struct Subject {
+    pub(crate) name: String,
+    pub(crate) controller: Controller,
+    pub(crate) cycles: Vec<Recorded>,
 }
 
 fn custom(text: &str) -> OwnParts {
@@ -178,14 +178,19 @@ fn worlds() -> Vec<(String, World, u32)> {
     worlds
 }
 
-/// Controllers with random genes, and the cycles of several episodes of each.
+/// Controllers with random genes, and the cycles of three episodes of each.
 fn subjects() -> Vec<Subject> {
+    subjects_with(3)
+}
+
+/// The same of several episodes.
+pub(crate) fn subjects_with(episodes: u64) -> Vec<Subject> {
     let mut cpu = Cpu::new(Some(2)).unwrap();
     let subject = |(name, world, robot): (String, World, u32)| {
         let genome = modules::genome(&world, name.len() as u32);
         let controller = Controller::new(&world, &genome, robot).unwrap_or_else(|invalid| panic!("{name}: {invalid}"));
         let mut episode = |trial| controller.record(&mut cpu, Key::rollout(3, 0, 0, trial));
-        let episodes = (0..3).map(|trial| episode(trial).unwrap_or_else(|error| panic!("{name}: {error}")));
+        let episodes = (0..episodes).map(|trial| episode(trial).unwrap_or_else(|error| panic!("{name}: {error}")));
         let cycles = episodes.flatten().collect();
         Subject {
             name,
@@ -197,10 +202,10 @@ fn subjects() -> Vec<Subject> {
 }
 
 /// A folder that is removed in the end.
-struct Folder(PathBuf);
+pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
-    fn new(name: &str) -> Self {
+    pub(crate) fn new(name: &str) -> Self {
         let path = env::temp_dir().join(format!("oneiro-export-{name}-{}", process::id()));
         fs::create_dir_all(&path).unwrap();
         Self(path)
@@ -221,7 +226,7 @@ fn is_there(compiler: &str) -> bool {
     is_there
 }
 
-fn compile(folder: &Path, compiler: &str, options: &[&str], files: &[String]) -> Output {
+pub(crate) fn compile(folder: &Path, compiler: &str, options: &[&str], files: &[String]) -> Output {
     let mut command = Command::new(compiler);
     command.args(options).args(files).current_dir(folder).output().unwrap()
 }
@@ -254,8 +259,12 @@ fn checked(folder: &Path, compiler: &str, options: &[&str], names: &[&str]) -> V
 }
 
 fn write(folder: &Path, subject: &Subject, cycles: usize) {
+    write_cycles(folder, subject, &subject.cycles[..cycles]);
+}
+
+pub(crate) fn write_cycles(folder: &Path, subject: &Subject, cycles: &[Recorded]) {
     let origin = ["a test /* of */ comments".to_owned()];
-    let text = c(&subject.controller, &subject.name, &origin, &subject.cycles[..cycles]);
+    let text = c(&subject.controller, &subject.name, &origin, cycles);
     fs::write(folder.join(format!("{}.c", subject.name)), text).unwrap();
 }
 
@@ -667,162 +676,6 @@ fn what_needs_its_simulator_is_refused() {
         controller.wheels([0.5, 1.5]).unwrap_err().to_string(),
         "outputs: has 1.5; allowed: 0 to 1"
     );
-}
-
-/// A microcontroller: how files are compiled for it, and how its program is run.
-struct Chip {
-    name: &'static str,
-    compile: &'static [&'static str],
-    run: &'static [&'static str],
-    /// Cycles for which there is room.
-    cycles: usize,
-}
-
-const CORTEX: [&str; 6] = [
-    "-mthumb",
-    "-Os",
-    "-nostartfiles",
-    "--specs=nosys.specs",
-    "-T",
-    "cortex.ld",
-];
-const QEMU: [&str; 7] = [
-    "-nographic",
-    "-monitor",
-    "none",
-    "-serial",
-    "none",
-    "-semihosting",
-    "-kernel",
-];
-
-const CHIPS: [Chip; 5] = [
-    Chip {
-        name: "Cortex-M0",
-        compile: &["arm-none-eabi-gcc", "-mcpu=cortex-m0", "cortex.c"],
-        run: &["qemu-system-arm", "-M", "microbit"],
-        cycles: 300,
-    },
-    Chip {
-        name: "Cortex-M3",
-        compile: &["arm-none-eabi-gcc", "-mcpu=cortex-m3", "cortex.c"],
-        run: &["qemu-system-arm", "-M", "mps2-an385"],
-        cycles: 300,
-    },
-    Chip {
-        name: "Cortex-M4F",
-        compile: &[
-            "arm-none-eabi-gcc",
-            "-mcpu=cortex-m4",
-            "-mfpu=fpv4-sp-d16",
-            "-mfloat-abi=hard",
-            "cortex.c",
-        ],
-        run: &["qemu-system-arm", "-M", "mps2-an386"],
-        cycles: 300,
-    },
-    Chip {
-        name: "Cortex-M7",
-        compile: &[
-            "arm-none-eabi-gcc",
-            "-mcpu=cortex-m7",
-            "-mfpu=fpv5-sp-d16",
-            "-mfloat-abi=hard",
-            "cortex.c",
-        ],
-        run: &["qemu-system-arm", "-M", "mps2-an500"],
-        cycles: 300,
-    },
-    Chip {
-        name: "ATmega328P",
-        compile: &["avr-gcc", "-mmcu=atmega328p", "-Os", "avr.c"],
-        run: &["simavr", "-m", "atmega328p", "-f", "16000000"],
-        cycles: 8,
-    },
-];
-
-impl Chip {
-    fn is_cortex(&self) -> bool {
-        self.compile[0] == "arm-none-eabi-gcc"
-    }
-
-    /// What a controller's check returns.
-    fn check(&self, folder: &Path, name: &str) -> u32 {
-        let main =
-            format!("int {name}_check(void);\nint run(void);\nint run(void)\n{{\n    return {name}_check();\n}}\n");
-        fs::write(folder.join("run.c"), main).unwrap();
-        let [compiler, options @ ..] = self.compile else {
-            unreachable!()
-        };
-        let of_cortex: &[&str] = if self.is_cortex() { &CORTEX } else { &[] };
-        let options = [options, of_cortex, &["-o", "program"]].concat();
-        let compiled = compile(folder, compiler, &options, &["run.c".to_owned(), format!("{name}.c")]);
-        let messages = String::from_utf8_lossy(&compiled.stderr);
-        assert!(compiled.status.success(), "{}: {messages}", self.name);
-        let [program, arguments @ ..] = self.run else {
-            unreachable!()
-        };
-        let of_qemu: &[&str] = if self.is_cortex() { &QEMU } else { &[] };
-        let mut command = Command::new(program);
-        let output = command
-            .args(arguments)
-            .args(of_qemu)
-            .arg("program")
-            .current_dir(folder)
-            .output()
-            .unwrap();
-        if self.is_cortex() {
-            return output.status.code().unwrap() as u32;
-        }
-        // simavr shows what the program writes to its serial port, in a colour.
-        let shown = [output.stdout, output.stderr].concat();
-        let shown = String::from_utf8_lossy(&shown).into_owned();
-        let line = shown
-            .lines()
-            .rev()
-            .find_map(|line| line.rsplit_once("[32m")?.1.split('.').next()?.parse().ok());
-        line.unwrap_or_else(|| panic!("{}: {shown}", self.name))
-    }
-}
-
-#[test]
-fn microcontrollers_have_the_simulators_bits() {
-    let subjects = subjects();
-    let folder = Folder::new("chips");
-    for (file, text) in [
-        ("cortex.c", include_str!("../microcontrollers/cortex.c")),
-        ("cortex.ld", include_str!("../microcontrollers/cortex.ld")),
-        ("avr.c", include_str!("../microcontrollers/avr.c")),
-    ] {
-        fs::write(folder.0.join(file), text).unwrap();
-    }
-    let (mut fused, mut is_missing) = (0, false);
-    for chip in &CHIPS {
-        let tools = [chip.compile[0], chip.run[0]];
-        if let Some(missing) = tools
-            .iter()
-            .find(|tool| Command::new(tool).arg("--version").output().is_err())
-        {
-            skipped(
-                "microcontrollers",
-                &format!("controllers as C on a {}, for want of {missing}", chip.name),
-            );
-            is_missing = true;
-            continue;
-        }
-        for name in ["perceptron", "network_4", "machine"] {
-            let subject = subjects.iter().find(|subject| subject.name == name).unwrap();
-            write(&folder.0, subject, chip.cycles.min(subject.cycles.len()));
-            assert_eq!(chip.check(&folder.0, name), 0, "{name} on a {}", chip.name);
-            // By default GCC fuses products where it can.
-            let path = folder.0.join(format!("{name}.c"));
-            let text = fs::read_to_string(&path).unwrap();
-            fs::write(&path, text.replace("#pragma GCC optimize", "#pragma message")).unwrap();
-            fused += u32::from(chip.check(&folder.0, name) != 0);
-        }
-    }
-    println!("{fused} have other bits without the file's words to the compiler");
-    assert!(fused > 0 || is_missing);
 }
 
 /// The wheels of robots without noise do what the simulator's do.

@@ -26,6 +26,8 @@ mod arrays;
 mod batch;
 #[cfg(feature = "compose")]
 mod behaviour_tree;
+#[cfg(feature = "compose")]
+mod chips;
 mod collisions;
 #[cfg(feature = "compose")]
 mod compose;

@@ -1,9 +1,8 @@
 //! `oneiro export`: of runs, of their files and of other genomes; of all shipped experiments; the page's program; a simulated Thymio II that
 //! runs what is written for it; refusals.
 
-use std::fmt::Write as _;
 use std::fs;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -266,6 +265,107 @@ fn the_page_is_right() {
     }
 }
 
+/// The cycles of an episode's trace: the readings of the sensors with these names, and the two outputs.
+fn traced(place: &Place, experiment: &str, champion: &str, sensors: &[String]) -> Vec<(Vec<f32>, [f32; 2])> {
+    let traces = format!("traces-of-{}", champion.replace('/', "-"));
+    let shown = ["--trials", "1", "--seed", "1", "--traces", &traces];
+    place.good(&[&["evaluate", experiment, "--genomes", champion], &shown[..]].concat());
+    let files = fs::read_dir(place.at(&traces))
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let trace = files
+        .into_iter()
+        .find(|path| path.to_str().unwrap().ends_with("trace.csv") || path.to_str().unwrap().contains("trace-"));
+    let mut table = csv::Reader::from_path(trace.expect("a trace")).unwrap();
+    let head = table.headers().unwrap().clone();
+    let column = |name: &str| {
+        let found = head.iter().position(|column| column == name);
+        found.unwrap_or_else(|| panic!("{name} of {head:?}"))
+    };
+    let places: Vec<_> = sensors.iter().map(|name| column(&format!("sensor_{name}"))).collect();
+    let outputs = ["output_left", "output_right"].map(column);
+    let rows = table.records().map(|row| {
+        let row = row.unwrap();
+        let number = |column: usize| row[column].parse().unwrap();
+        (places.iter().map(|place| number(*place)).collect(), outputs.map(number))
+    });
+    rows.collect()
+}
+
+/// The example of a firmware, in an emulated STM32F4 at the end of a serial line, drives in step with the simulator: all bits of an episode.
+#[test]
+fn firmware_drives_in_step_with_the_simulator() {
+    let place = Place::new("firmware");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware");
+    for file in fs::read_dir(folder).unwrap() {
+        let path = file.unwrap().path();
+        place.write(path.file_name().unwrap().to_str().unwrap(), fs::read(&path).unwrap());
+    }
+    place.write("robot.toml", thymio(NETWORKS[1]));
+    place.evolved("robot.toml", "1", "run", &[]);
+    let exported = place.good(&["export", "run", "--to", "c", "--out", "robot.c", "--json"]);
+    let exported: serde_json::Value = serde_json::from_str(&exported).unwrap();
+    let names = |input: &serde_json::Value| input.as_str().unwrap().to_owned();
+    let inputs: Vec<String> = exported["inputs"].as_array().unwrap().iter().map(names).collect();
+    let missing = ["make", "arm-none-eabi-gcc", "qemu-system-arm"];
+    let missing = missing
+        .iter()
+        .find(|tool| Command::new(tool).arg("--version").output().is_err());
+    if let Some(tool) = missing {
+        skipped("microcontrollers", &format!("firmware, for want of {tool}"));
+        return;
+    }
+    let made = Command::new("make")
+        .arg("CONTROLLER=robot.c")
+        .current_dir(place.at(""))
+        .output()
+        .unwrap();
+    let messages = String::from_utf8_lossy(&made.stderr).into_owned();
+    assert!(made.status.success() && !messages.contains("warning"), "{messages}");
+    let mut robot = Command::new("qemu-system-arm")
+        .args([
+            "-M",
+            "netduinoplus2",
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "stdio",
+            "-kernel",
+            "firmware.elf",
+        ])
+        .current_dir(place.at(""))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut to, from) = (robot.stdin.take().unwrap(), robot.stdout.take().unwrap());
+    let mut lines = BufReader::new(from).lines();
+    let mut answer = || lines.next().unwrap().unwrap();
+    assert_eq!(answer(), "check 0");
+    let words = |numbers: &[f32]| {
+        let words: Vec<_> = numbers
+            .iter()
+            .map(|number| format!("{:08x}", number.to_bits()))
+            .collect();
+        words.join(" ")
+    };
+    let cycles = traced(&place, "robot.toml", "run/champion.json", &inputs);
+    assert!(cycles.len() > 20);
+    for (cycle, (readings, outputs)) in cycles.iter().enumerate() {
+        writeln!(to, "{}", words(readings)).unwrap();
+        let answer = answer();
+        assert_eq!(answer[..17], words(outputs), "cycle {cycle}");
+    }
+    // What isn't a cycle's readings is none, and stops the wheels.
+    for line in ["3f000000", "zz", ""] {
+        writeln!(to, "{line}").unwrap();
+        assert_eq!(answer(), "3f000000 3f000000 00000000 00000000");
+    }
+    robot.kill().unwrap();
+    robot.wait().unwrap();
+}
+
 /// A Thymio II with a network.
 fn thymio(network: &str) -> String {
     format!(
@@ -404,53 +504,23 @@ fn a_thymio_computes_what_its_program_says() {
             assert_eq!(bridge.ask("PUT", "nodes/thymio-II", &text), "", "{network}");
             bridge.variable("done", |done| done == [0]);
             // An episode's readings, in the robot's units, and the commands for them.
-            let traces = format!("traces-{number}");
-            let champion = format!("{run}/champion.json");
-            place.good(&[
-                "evaluate",
-                &file,
-                "--genomes",
-                &champion,
-                "--trials",
-                "1",
-                "--seed",
-                "1",
-                "--traces",
-                &traces,
-            ]);
-            let trace = fs::read_dir(place.at(&traces))
-                .unwrap()
-                .map(|entry| entry.unwrap().path())
-                .find(|path| {
-                    path.extension().is_some_and(|extension| extension == "csv")
-                        && path.to_str().unwrap().contains("trace")
-                });
-            let mut table = csv::Reader::from_path(trace.expect("a trace")).unwrap();
-            let head = table.headers().unwrap().clone();
-            let column = |name: &str| {
-                head.iter()
-                    .position(|column| column == name)
-                    .unwrap_or_else(|| panic!("{name} of {head:?}"))
-            };
-            let sensors: Vec<usize> = (0..7).map(|sensor| column(&format!("sensor_prox_{sensor}"))).collect();
-            let outputs = ["output_left", "output_right"].map(column);
+            let sensors = (0..7).map(|sensor| format!("prox_{sensor}"));
+            let sensors: Vec<_> = sensors
+                .chain(["ground_left", "ground_right"].map(str::to_owned))
+                .collect();
+            let cycles = traced(&place, &file, &format!("{run}/champion.json"), &sensors);
             let mut farthest = 0.0_f64;
-            for (cycle, row) in table.records().enumerate() {
-                let row = row.unwrap();
-                let number = |column: usize| -> f64 { row[column].parse().unwrap() };
-                let mut near = "nodes/thymio-II/near".to_owned();
-                for sensor in &sensors {
-                    write!(near, "/{}", (4500.0 * number(*sensor)).round()).unwrap();
+            for (cycle, (readings, outputs)) in cycles.iter().enumerate() {
+                let (near, grey) = readings.split_at(7);
+                for (name, most, readings) in [("near", 4500.0, near), ("grey", 1024.0, grey)] {
+                    let set = |path, reading: &f32| format!("{path}/{}", (most * reading).round());
+                    bridge.ask("GET", &readings.iter().fold(format!("nodes/thymio-II/{name}"), set), "");
                 }
-                let grey =
-                    ["left", "right"].map(|side| (1024.0 * number(column(&format!("sensor_ground_{side}")))).round());
-                bridge.ask("GET", &near, "");
-                bridge.ask("GET", &format!("nodes/thymio-II/grey/{}/{}", grey[0], grey[1]), "");
                 bridge.ask("GET", "nodes/thymio-II/next", "");
                 bridge.variable("done", |done| done == [cycle as i64 + 1]);
                 let speeds = bridge.variable("speeds", |_| true);
                 for (speed, output) in speeds.iter().zip(outputs) {
-                    farthest = farthest.max((0.5 + *speed as f64 / 1000.0 - number(output)).abs());
+                    farthest = farthest.max((0.5 + *speed as f64 / 1000.0 - f64::from(*output)).abs());
                 }
             }
             // A reading and a speed are each a whole number.
