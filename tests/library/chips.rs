@@ -5,10 +5,17 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use oneiro::export::Recorded;
+use oneiro::automode::Modules;
+use oneiro::cpu::Cpu;
+use oneiro::export::{Controller, Recorded, c};
+use oneiro::random::Key;
+use oneiro::reference::{Model, Reference};
+use oneiro::world::{self, World, WorldSpec};
 
+use crate::epucks::epucks;
 use crate::export::{Folder, Subject, compile, subjects_with, write_cycles};
 use crate::skips::skipped;
+use crate::{lives, modules};
 
 /// A processor: how files are compiled for it, and how its program is run.
 struct Chip {
@@ -239,7 +246,7 @@ fn chips(are_all: bool) -> Vec<&'static Chip> {
 
 #[test]
 fn microcontrollers_have_the_simulators_bits() {
-    let subjects = subjects_with(3);
+    let subjects = subjects_with(0);
     let folder = folder("chips");
     let (mut fused, chips) = (0, chips(false));
     for chip in &chips {
@@ -266,12 +273,11 @@ fn microcontrollers_have_the_simulators_bits() {
 fn all_chips_have_the_simulators_bits_in_ten_thousand_cycles() {
     const CYCLES: usize = 10_000;
     let folder = folder("all-chips");
-    let subjects = subjects_with(34);
+    let subjects = subjects_with(CYCLES);
     for chip in chips(true) {
         let (mut controllers, mut cycles, mut too_large) = (0, 0, Vec::new());
         for subject in &subjects {
             let Subject { name, cycles: all, .. } = subject;
-            assert!(all.len() >= CYCLES, "{name} has {} cycles", all.len());
             let (room, wanted) = (
                 chip.cycles(&all[0]),
                 if chip.board == Board::Avr { 4 } else { usize::MAX },
@@ -298,6 +304,148 @@ fn all_chips_have_the_simulators_bits_in_ten_thousand_cycles() {
         println!(
             "{}: {controllers} controllers, {cycles} cycles; too large: {too_large:?}",
             chip.name
+        );
+    }
+}
+
+/// Uses a controller without its check. Returns how many hundreds of instructions a cycle takes, by a timer of 16 MHz, at an instruction a
+/// nanosecond.
+const USED: &str = "#include <stdint.h>
+#ifdef NAME
+#include \"taken.c\"
+#endif
+volatile float given[64], taken[4];
+#define REGISTER(address) (*(volatile uint32_t *)(address))
+int run(void);
+int run(void)
+{
+    float inputs[64], outputs[2] = {0.0f, 0.0f}, speeds[2] = {0.0f, 0.0f};
+    uint32_t begin = 0u, end = 0u;
+    int i;
+    for (i = 0; i < 64; i++) {
+        inputs[i] = given[i] + 0.3f;
+    }
+#ifdef NAME
+    taken_state state;
+    taken_reset(&state KEYS);
+#ifdef COUNTED
+    REGISTER(0x40008508u) = 3u;
+    REGISTER(0x40008510u) = 0u;
+    REGISTER(0x40008000u) = 1u;
+    REGISTER(0x40008040u) = 1u;
+    begin = REGISTER(0x40008540u);
+    for (i = 0; i < 99; i++) {
+        inputs[i % 8] = (float)i * 0.01f;
+        taken_step(&state, inputs, outputs);
+    }
+    REGISTER(0x40008044u) = 1u;
+    end = REGISTER(0x40008544u);
+#endif
+    taken_step(&state, inputs, outputs);
+    taken_wheels(outputs, speeds);
+#endif
+    taken[0] = outputs[0] + inputs[3];
+    taken[1] = outputs[1];
+    taken[2] = speeds[0];
+    taken[3] = speeds[1];
+    /* An exit code is at most 255. */
+    begin = (end - begin) * 125u / 2u / 99u / 100u;
+    return begin < 255u ? (int)begin : 255;
+}
+";
+
+/// A controller takes little of a Cortex-M4F's flash, and little of a Cortex-M0's time, 4.8 million instructions in a cycle.
+#[test]
+fn controllers_are_small_and_fast_enough() {
+    let [m0, m4f] = ["Cortex-M0", "Cortex-M4F"].map(|name| CHIPS.iter().find(|chip| chip.name == name).unwrap());
+    if let Some(tool) = m0.missing() {
+        skipped(
+            "microcontrollers",
+            &format!("the size of controllers, for want of {tool}"),
+        );
+        return;
+    }
+    let folder = folder("sizes");
+    fs::write(folder.0.join("used.c"), USED).unwrap();
+    let built = |chip: &Chip, options: &[&str]| {
+        let (compiler, processor) = (chip.compile[0], &chip.compile[1..]);
+        let small = [
+            "-ffunction-sections",
+            "-fdata-sections",
+            "-Wl,--gc-sections",
+            "-o",
+            "program",
+        ];
+        let compiled = compile(
+            &folder.0,
+            compiler,
+            &[processor, CORTEX, &small, options].concat(),
+            &["used.c".to_owned()],
+        );
+        assert!(
+            compiled.status.success(),
+            "{}",
+            String::from_utf8_lossy(&compiled.stderr)
+        );
+    };
+    let bytes = || {
+        let output = Command::new("arm-none-eabi-size")
+            .arg("program")
+            .current_dir(&folder.0)
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let line = text.lines().nth(1).unwrap().split_whitespace();
+        line.take(2).map(|number| number.parse::<u32>().unwrap()).sum::<u32>()
+    };
+    built(m4f, &[]);
+    let without = bytes();
+    let network = WorldSpec {
+        robot: epucks(Model::Rm11, Reference::DEFAULT, 4),
+        controller: world::Controller::Perceptron,
+        ..modules::spec(world::Controller::Perceptron, 4)
+    };
+    let machine = world::Controller::StateMachine(Modules::DEFAULT);
+    for (what, world, most_bytes, most_instructions) in [
+        ("a perceptron of 8 inputs", lives::world(100, |_| {}), 1_500, 20_000),
+        ("the network of RM1.1", World::new(network).unwrap(), 4_000, 20_000),
+        (
+            "a machine of four states",
+            World::new(modules::spec(machine, 4)).unwrap(),
+            6_144,
+            20_000,
+        ),
+    ] {
+        let mut genes = modules::genome(&world, 1);
+        if let Some(states) = world
+            .gene_layout()
+            .controller()
+            .iter()
+            .position(|gene| gene.name == "states")
+        {
+            genes[states] = 4.5;
+        }
+        let controller = Controller::new(&world, &genes, 0).unwrap();
+        let recorded = controller
+            .record(&mut Cpu::new(Some(1)).unwrap(), Key::rollout(3, 0, 0, 0))
+            .unwrap();
+        fs::write(folder.0.join("taken.c"), c(&controller, "taken", &[], &recorded[..1])).unwrap();
+        let keys = if controller.draws() { "-DKEYS=,1u,2u" } else { "-DKEYS=" };
+        built(m4f, &["-DNAME", keys]);
+        let bytes = bytes() - without;
+        built(m0, &["-DNAME", "-DCOUNTED", keys]);
+        let mut command = Command::new(m0.run[0]);
+        let command =
+            command
+                .args(&m0.run[1..])
+                .args(QEMU)
+                .args(["-icount", "shift=0", "-semihosting", "-kernel", "program"]);
+        let hundreds = command.current_dir(&folder.0).status().unwrap().code().unwrap();
+        println!("{what}: {bytes} bytes on a Cortex-M4F, {hundreds}00 instructions a cycle on a Cortex-M0");
+        assert!(bytes < most_bytes, "{what}: {bytes} bytes");
+        assert!(
+            (10..most_instructions / 100).contains(&hundreds),
+            "{what}: {hundreds}00 instructions"
         );
     }
 }

@@ -180,18 +180,23 @@ fn worlds() -> Vec<(String, World, u32)> {
 
 /// Controllers with random genes, and the cycles of three episodes of each.
 fn subjects() -> Vec<Subject> {
-    subjects_with(3)
+    subjects_with(0)
 }
 
-/// The same of several episodes.
-pub(crate) fn subjects_with(episodes: u64) -> Vec<Subject> {
+/// The same of at least so many cycles.
+pub(crate) fn subjects_with(least: usize) -> Vec<Subject> {
     let mut cpu = Cpu::new(Some(2)).unwrap();
     let subject = |(name, world, robot): (String, World, u32)| {
         let genome = modules::genome(&world, name.len() as u32);
         let controller = Controller::new(&world, &genome, robot).unwrap_or_else(|invalid| panic!("{name}: {invalid}"));
-        let mut episode = |trial| controller.record(&mut cpu, Key::rollout(3, 0, 0, trial));
-        let episodes = (0..episodes).map(|trial| episode(trial).unwrap_or_else(|error| panic!("{name}: {error}")));
-        let cycles = episodes.flatten().collect();
+        let mut cycles = Vec::new();
+        for trial in 0.. {
+            if trial >= 3 && cycles.len() >= least {
+                break;
+            }
+            let episode = controller.record(&mut cpu, Key::rollout(3, 0, 0, trial));
+            cycles.extend(episode.unwrap_or_else(|error| panic!("{name}: {error}")));
+        }
         Subject {
             name,
             controller,
