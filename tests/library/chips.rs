@@ -186,7 +186,7 @@ impl Chip {
             &files,
         );
         let messages = String::from_utf8_lossy(&compiled.stderr);
-        if !compiled.status.success() && messages.contains("region") && messages.contains("overflowed") {
+        if !compiled.status.success() && messages.contains("region") {
             return None;
         }
         assert!(compiled.status.success(), "{}: {messages}", self.name);
@@ -266,15 +266,16 @@ fn microcontrollers_have_the_simulators_bits() {
     assert!(fused > 0 || chips.len() < 3);
 }
 
-/// Of each kind of controller. The ATmega, which is emulated as slowly as it is, gets a few dozen cycles, and no controller that is too
-/// large for it.
+/// Of each kind of controller. The chip of AVR, emulated as slowly as it is, gets a few dozen cycles, and no controller that is too
+/// large for it. `ONEIRO_CHIP` is a part of the names of those to try.
 #[test]
 #[ignore = "takes minutes: tests/long.sh"]
 fn all_chips_have_the_simulators_bits_in_ten_thousand_cycles() {
     const CYCLES: usize = 10_000;
     let folder = folder("all-chips");
     let subjects = subjects_with(CYCLES);
-    for chip in chips(true) {
+    let one = std::env::var("ONEIRO_CHIP").unwrap_or_default();
+    for chip in chips(true).into_iter().filter(|chip| chip.name.contains(&one)) {
         let (mut controllers, mut cycles, mut too_large) = (0, 0, Vec::new());
         for subject in &subjects {
             let Subject { name, cycles: all, .. } = subject;

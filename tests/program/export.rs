@@ -403,7 +403,7 @@ impl Bridge {
             .spawn();
         let bridge = Self(process.unwrap());
         let start = Instant::now();
-        while !bridge.ask("GET", "nodes", "").contains("thymio-II") {
+        while !Bridge::ask("GET", "nodes", "").contains("thymio-II") {
             assert!(start.elapsed() < Duration::from_secs(20), "the bridge does not start");
             thread::sleep(Duration::from_millis(50));
         }
@@ -411,7 +411,7 @@ impl Bridge {
     }
 
     /// The body of an answer.
-    fn ask(&self, method: &str, path: &str, body: &str) -> String {
+    fn ask(method: &str, path: &str, body: &str) -> String {
         let Ok(mut stream) = TcpStream::connect(("127.0.0.1", Self::PORT)) else {
             return String::new();
         };
@@ -443,10 +443,10 @@ impl Bridge {
     }
 
     /// A variable of the robot's, once it is as wanted.
-    fn variable(&self, name: &str, is_wanted: impl Fn(&[i64]) -> bool) -> Vec<i64> {
+    fn variable(name: &str, is_wanted: impl Fn(&[i64]) -> bool) -> Vec<i64> {
         let start = Instant::now();
         loop {
-            let text = self.ask("GET", &format!("nodes/thymio-II/{name}"), "");
+            let text = Self::ask("GET", &format!("nodes/thymio-II/{name}"), "");
             if let Ok(numbers) = serde_json::from_str::<Vec<i64>>(&text)
                 && is_wanted(&numbers)
             {
@@ -478,7 +478,7 @@ fn a_thymio_computes_what_its_program_says() {
     );
     live(&world(120.0, 120.0, &robot), 1, 1, |_| {
         let place = Place::new("thymio");
-        let bridge = Bridge::start(&place);
+        let _bridge = Bridge::start(&place);
         for (number, network) in NETWORKS.iter().enumerate() {
             let (file, run) = (format!("robot-{number}.toml"), format!("run-{number}"));
             place.write(&file, thymio(network));
@@ -501,8 +501,8 @@ fn a_thymio_computes_what_its_program_says() {
                     "\nvar near[7]\nvar grey[2]\nvar speeds[2]\nvar done = 0\nvar one =",
                 )
                 .replacen("<node ", "<event size=\"0\" name=\"next\"/>\n<node ", 1);
-            assert_eq!(bridge.ask("PUT", "nodes/thymio-II", &text), "", "{network}");
-            bridge.variable("done", |done| done == [0]);
+            assert_eq!(Bridge::ask("PUT", "nodes/thymio-II", &text), "", "{network}");
+            Bridge::variable("done", |done| done == [0]);
             // An episode's readings, in the robot's units, and the commands for them.
             let sensors = (0..7).map(|sensor| format!("prox_{sensor}"));
             let sensors: Vec<_> = sensors
@@ -514,11 +514,11 @@ fn a_thymio_computes_what_its_program_says() {
                 let (near, grey) = readings.split_at(7);
                 for (name, most, readings) in [("near", 4500.0, near), ("grey", 1024.0, grey)] {
                     let set = |path, reading: &f32| format!("{path}/{}", (most * reading).round());
-                    bridge.ask("GET", &readings.iter().fold(format!("nodes/thymio-II/{name}"), set), "");
+                    Bridge::ask("GET", &readings.iter().fold(format!("nodes/thymio-II/{name}"), set), "");
                 }
-                bridge.ask("GET", "nodes/thymio-II/next", "");
-                bridge.variable("done", |done| done == [cycle as i64 + 1]);
-                let speeds = bridge.variable("speeds", |_| true);
+                Bridge::ask("GET", "nodes/thymio-II/next", "");
+                Bridge::variable("done", |done| done == [cycle as i64 + 1]);
+                let speeds = Bridge::variable("speeds", |_| true);
                 for (speed, output) in speeds.iter().zip(outputs) {
                     farthest = farthest.max((0.5 + *speed as f64 / 1000.0 - f64::from(*output)).abs());
                 }

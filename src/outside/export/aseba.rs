@@ -303,17 +303,17 @@ impl Layer {
             if self.lacks > 0 {
                 let _ = writeln!(text, "    sum = sum << {}", self.lacks);
             }
-            text += &match self.activation {
-                Activation::Logistic => format!("    callsub logistic_of_sum\n    x{next}[{unit}] = value\n"),
-                Activation::Tanh => format!("    callsub logistic_of_sum\n    x{next}[{unit}] = 2 * value - {ONE}\n"),
-                Activation::Linear => format!("    x{next}[{unit}] = sum\n"),
-                Activation::Relu => {
-                    format!("    if sum < 0 then\n        sum = 0\n    end\n    x{next}[{unit}] = sum\n")
-                }
-                Activation::Step => {
-                    format!("    x{next}[{unit}] = 0\n    if sum > 0 then\n        x{next}[{unit}] = {ONE}\n    end\n")
-                }
+            let (before, output) = match self.activation {
+                Activation::Logistic => ("    callsub logistic_of_sum\n", "value".to_owned()),
+                Activation::Tanh => ("    callsub logistic_of_sum\n", format!("2 * value - {ONE}")),
+                Activation::Linear => ("", "sum".to_owned()),
+                Activation::Relu => ("    if sum < 0 then\n        sum = 0\n    end\n", "sum".to_owned()),
+                Activation::Step => (
+                    "    value = 0\n    if sum > 0 then\n        value = one\n    end\n",
+                    "value".to_owned(),
+                ),
             };
+            let _ = writeln!(text, "{before}    x{next}[{unit}] = {output}");
         }
         for unit in (0..self.units.len()).filter(|_| self.is_elman) {
             let _ = writeln!(text, "    x{index}[{}] = x{next}[{unit}]", self.own() + unit);

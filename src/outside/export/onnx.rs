@@ -113,7 +113,7 @@ impl Graph {
         let all: Vec<&str> = [x, &rows].into_iter().chain(biases.as_deref()).collect();
         let output = self.value();
         let transposed = Message::default().text(1, "transB").number(3, 1).number(20, 2);
-        self.push("Gemm", &all, &output, Some(transposed));
+        self.push("Gemm", &all, &output, Some(&transposed));
         output
     }
 
@@ -135,7 +135,7 @@ impl Graph {
                 let is_positive = self.node("Greater", &[&x, &zero]);
                 let output = self.value();
                 let to_float = Message::default().text(1, "to").number(3, 1).number(20, 2);
-                self.push("Cast", &[&is_positive], &output, Some(to_float));
+                self.push("Cast", &[&is_positive], &output, Some(&to_float));
                 output
             }
         }
@@ -162,7 +162,7 @@ impl Graph {
     fn joined(&mut self, x: &str, y: &str) -> String {
         let output = self.value();
         let axis = Message::default().text(1, "axis").number(3, 1).number(20, 2);
-        self.push("Concat", &[x, y], &output, Some(axis));
+        self.push("Concat", &[x, y], &output, Some(&axis));
         output
     }
 
@@ -195,7 +195,7 @@ impl Graph {
         self.push(operator, inputs, output, None);
     }
 
-    fn push(&mut self, operator: &str, inputs: &[&str], output: &str, attribute: Option<Message>) {
+    fn push(&mut self, operator: &str, inputs: &[&str], output: &str, attribute: Option<&Message>) {
         let node = inputs
             .iter()
             .fold(Message::default(), |node, input| node.text(1, input));

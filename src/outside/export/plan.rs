@@ -85,7 +85,7 @@ pub(super) fn plan(controller: &Controller, target: &str, can_be: &[LayerKind]) 
     let mut layers = Vec::new();
     for (index, layer) in network.layers.iter().enumerate() {
         if !can_be.contains(&layer.kind) {
-            let allowed: Vec<_> = can_be.iter().map(|kind| kind.word()).collect();
+            let allowed: Vec<_> = can_be.iter().map(Choice::word).collect();
             let problem = format!(
                 "is `{}`; allowed for {target}: {}",
                 layer.kind.word(),
@@ -98,12 +98,11 @@ pub(super) fn plan(controller: &Controller, target: &str, can_be: &[LayerKind]) 
         layers.push(genes.layer(layer, &sources, &units));
         sources = units;
     }
-    let range = match (network.outputs, network.layers.last()) {
-        (Some(Outputs::FirstTwo), Some(layer)) => layer.range(),
-        _ => {
-            layers.push(genes.outputs(&network, &sources));
-            network.activation.unwrap_or_default()
-        }
+    let range = if let (Some(Outputs::FirstTwo), Some(layer)) = (network.outputs, network.layers.last()) {
+        layer.range()
+    } else {
+        layers.push(genes.outputs(&network, &sources));
+        network.activation.unwrap_or_default()
     };
     Ok(Plan { layers, range })
 }
