@@ -29,7 +29,7 @@ struct Chip {
     is_usual: bool,
 }
 
-/// What a program is put into.
+/// The kind of machine that runs a program.
 #[derive(Clone, Copy, PartialEq)]
 enum Board {
     Cortex,
@@ -47,7 +47,16 @@ const CORTEX: &[&str] = &[
     "cortex.ld",
     "cortex.c",
 ];
-const RISC_V: &[&str] = &["-O2", "-nostdlib", "-mcmodel=medany", "-T", "riscv.ld", "riscv.c"];
+const RISC_V: &[&str] = &[
+    "-O2",
+    "-nostdlib",
+    "-mcmodel=medany",
+    "-ffreestanding",
+    "-T",
+    "riscv.ld",
+    "riscv.c",
+    "memory.c",
+];
 const QEMU: &[&str] = &["-nographic", "-monitor", "none", "-serial", "none"];
 
 const CHIPS: [Chip; 9] = [
@@ -134,6 +143,8 @@ const CHIPS: [Chip; 9] = [
             "-nostdlib",
             "-Wl,--no-entry",
             "-Wl,--export=run",
+            "-ffreestanding",
+            "memory.c",
         ],
         board: Board::WebAssembly,
         run: &["node", "wasm.mjs"],
@@ -142,8 +153,9 @@ const CHIPS: [Chip; 9] = [
     },
 ];
 
-/// What boards need beside a controller's file.
-const FILES: [(&str, &str); 6] = [
+/// Files of boards.
+const FILES: [(&str, &str); 7] = [
+    ("memory.c", include_str!("../microcontrollers/memory.c")),
     ("cortex.c", include_str!("../microcontrollers/cortex.c")),
     ("cortex.ld", include_str!("../microcontrollers/cortex.ld")),
     ("avr.c", include_str!("../microcontrollers/avr.c")),
@@ -159,7 +171,7 @@ impl Chip {
         [self.compile[0], self.run[0]].into_iter().find(is_missing)
     }
 
-    /// What a controller's check returns; none if its program is too large.
+    /// The result of a controller's check; none if its program is too large.
     fn check(&self, folder: &Path, name: &str) -> Option<u32> {
         let main =
             format!("int {name}_check(void);\nint run(void);\nint run(void)\n{{\n    return {name}_check();\n}}\n");
@@ -172,7 +184,7 @@ impl Chip {
             Board::RiscV => RISC_V,
             Board::Avr | Board::WebAssembly => &[],
         };
-        // What floats without a unit, and copies of structs, need comes last.
+        // Functions for floats by software, and for copies of structs, come last.
         let libraries: &[&str] = if self.board == Board::RiscV { &["-lgcc"] } else { &[] };
         let files = ["run.c".to_owned(), format!("{name}.c")];
         let files: Vec<_> = files
@@ -266,7 +278,7 @@ fn microcontrollers_have_the_simulators_bits() {
     assert!(fused > 0 || chips.len() < 3);
 }
 
-/// Of each kind of controller. The chip of AVR, emulated as slowly as it is, gets a few dozen cycles, and no controller that is too
+/// Of each kind of controller. The AVR chip is emulated in real time, so it gets a few dozen cycles; some controllers are too
 /// large for it. `ONEIRO_CHIP` is a part of the names of those to try.
 #[test]
 #[ignore = "takes minutes: tests/long.sh"]

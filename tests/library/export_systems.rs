@@ -71,7 +71,7 @@ fn numbers(line: &str) -> Vec<f64> {
     line.split_whitespace().map(|number| number.parse().unwrap()).collect()
 }
 
-/// The speeds that a controller wants for readings, cycle by cycle, as shares of the greatest.
+/// The speeds that a controller wants for readings, cycle by cycle, as fractions of full speed.
 fn wanted(controller: &Controller, key: [u32; 2], readings: &[Vec<f64>]) -> Vec<[f64; 2]> {
     let mut state = controller.reset(key, 0);
     let cycle = |readings: &Vec<f64>| {
@@ -666,7 +666,7 @@ for readings in READINGS:
     Clock.now_s += 0.1
     node.receive(message(readings))
     print("%.9g %.9g" % twist())
-# What isn't readings is refused, and what is too old is nothing.
+# Other messages are refused, and readings that are too old don't count.
 node.receive(message([1.0]))
 node.receive(message([float("nan")] * len(READINGS[0])))
 assert len(Logger.said) == 2, Logger.said

@@ -132,7 +132,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         ),
         format!("Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {trial}{robot}"),
     ];
-    // What has other bits doesn't check them, but may say how near it is in the whole episode.
+    // A target with other bits doesn't check them, but may say how near it comes in the whole episode.
     let chosen = if target.is_exact {
         spread(&cycles, order.checks)
     } else {

@@ -11,12 +11,12 @@ use crate::parts::network::{Activation, LayerKind};
 /// What 1 is in the program, and the bits of its fractions.
 const ONE: i32 = 1 << FRACTION;
 const FRACTION: i32 = 10;
-/// Greatest number of 16 bits.
+/// Maximum of 16 bits.
 const GREATEST: i32 = i16::MAX as i32;
 /// The logistic function is in a table, from 0 to 8, at so many places for each 1.
 const PLACES: i32 = 4;
 const LAST: i32 = 8;
-/// `prox.horizontal` of what the robot touches, and its speed at the greatest target, 500, mm/s: that of `thymio2.toml`.
+/// `prox.horizontal` when the robot touches something; the maximum of a motor's target, and the speed there in mm/s, as in `thymio2.toml`.
 const TOUCH: i32 = 4500;
 const FASTEST: i32 = 500;
 const FULL_SPEED: f32 = 166.0;
@@ -24,7 +24,7 @@ const FULL_SPEED: f32 = 166.0;
 const PROXIMITIES: usize = 7;
 /// Its memory for variables, numbers.
 const MEMORY: usize = 620;
-/// Those that every program has beside its layers' and the table.
+/// Variables that every program has in addition to those of its layers and the table.
 const OTHERS: usize = 8;
 
 /// Prints a network as a program of Aseba for a Thymio II. The comment at its top says how far its outputs are from those of the recorded
@@ -197,7 +197,7 @@ struct Layer {
 }
 
 impl Layer {
-    /// `before` is the greatest output of the layer before.
+    /// `before` is the maximum output of the layer before.
     fn new(layer: &Planned, before: f32) -> Result<Self, Invalid> {
         let weights = &layer.sums[0];
         // The hyperbolic tangent of x is 2 logistic(2 x) - 1.
@@ -343,7 +343,7 @@ impl Layer {
     }
 }
 
-/// The greatest output of units.
+/// Maximum output of units.
 fn greatest(activation: Activation) -> f32 {
     match activation {
         Activation::Logistic | Activation::Tanh | Activation::Step => 1.0,

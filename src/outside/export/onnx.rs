@@ -8,7 +8,7 @@ use crate::parameter::Invalid;
 use crate::parts::network::{Activation, GREATEST_OUTPUT, LayerKind};
 
 /// Prints a network as an ONNX model. The inputs are `readings` and what each layer remembers, the outputs `commands` of both wheels and
-/// what it remembers next; the first dimension of all is the robots'.
+/// the memory for the next cycle. Each has a row for each robot.
 ///
 /// # Errors
 /// A controller that is no network, or one that learns.

@@ -59,7 +59,7 @@ pub fn argos(controller: &Controller, name: &str, origin: &[String], cycles: &[R
 /// Source: github.com/demiurge-project/argos3-epuck, `ci_epuck_proximity_sensor.cpp` and `ci_epuck_light_sensor.cpp`.
 const ARGOS_RING: [f32; 8] = [17.0, 50.0, 90.0, 150.0, 210.0, 270.0, 310.0, 343.0];
 
-/// How far beside one of these a sensor may look, degrees.
+/// Maximum angle between these and a sensor's direction, degrees.
 const BESIDE: f32 = 5.0;
 
 /// Where a script of ARGoS's e-puck reads a sensor of a list.
