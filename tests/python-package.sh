@@ -74,7 +74,7 @@ say "its tests"
 packages=(
     pytest pandas scipy tqdm cloudpickle matplotlib jupytext 'dask[distributed]' 'gymnasium>=1.1' 'pettingzoo>=1.25' cma 'ribs[visualize]'
     # `mlflow-skinny` is `mlflow` without a server.
-    'tensorboard>=2.15' 'wandb>=0.20' 'mlflow-skinny>=2.14' nbclient ipykernel
+    'tensorboard>=2.15' 'wandb>=0.20' 'mlflow-skinny>=2.14' nbclient ipykernel onnxruntime
 )
 # It brings torch; and Ray is large too.
 [ -z "$learning" ] || packages+=('stable-baselines3>=2.6' ray)

@@ -118,7 +118,7 @@ def test_every_target_is_written(tmp_path, monkeypatch):
     [
         ({"to": "cobol"}, r"to: is \"cobol\"; allowed: c \("),
         ({"to": 3}, "to: is 3"),
-        ({"to": "c", "name": "2b"}, "name: is \"2b\""),
+        ({"to": "c", "name": "2b"}, 'name: is "2b"'),
         ({"to": "c", "name": 2}, "name: is 2"),
         ({"to": "c", "checks": 0}, "checks: is 0"),
         ({"to": "c", "checks": 1001}, "checks: is 1001"),

@@ -39,7 +39,7 @@ use crate::outside::reported::check;
 use crate::parameter::{Choice, Invalid};
 use crate::parts::compose::{self, DetailKind, Exported, HEAD, Scalar};
 use crate::random::{Key, pcg4d};
-use crate::world::differential::Differential;
+use crate::world::differential::{Differential, Response};
 use crate::world::tables::{MotorTable, SENSOR_NAMES};
 use crate::world::{Build, Controller as Kind, Noise, Robot, World, WorldSpec};
 
@@ -79,9 +79,18 @@ pub enum Form {
     /// A file, the ends that its name may have, the usual one first.
     File(&'static [&'static str], Print<String>),
     /// The same, which some controllers are refused: their robots have no counterpart there.
-    Fitting(&'static [&'static str], Print<Result<Vec<u8>, Invalid>>),
+    Fitting(&'static [&'static str], Print<Result<Fitted, Invalid>>),
     /// A folder with files, by their paths.
     Folder(Print<Vec<(String, String)>>),
+}
+
+/// A file for a system, and what is to be said of it.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// How near it is to the simulator, if it hasn't its bits.
+    pub note: Option<String>,
 }
 
 /// Everything that controllers are printed for.
@@ -313,6 +322,14 @@ impl Source {
             if table.name == "exported" {
                 continue;
             }
+            if table.name == "inputs" && table.words.len() > GREATEST_TABLE {
+                let problem = format!(
+                    "has {} genes; allowed in a file: up to {}",
+                    table.words.len() - KEY_WORDS,
+                    GREATEST_TABLE - KEY_WORDS
+                );
+                return Err(Invalid::new("controller", problem));
+            }
             if table.words.is_empty() || table.words.len() > GREATEST_TABLE {
                 let problem = format!(
                     "asks for what only its simulator has (`{}`); allowed: its readings, its genes, its values and its memory",
@@ -323,6 +340,20 @@ impl Source {
             tables[buffer as usize] = table.clone();
         }
         Ok((program, tables))
+    }
+}
+
+impl Target {
+    /// Whether names in its file can't begin with a name: it is a word of a language or a module that the file imports.
+    pub fn is_reserved(&self, name: &str) -> bool {
+        /// Of C++ classes, and modules of Python and ROS 2.
+        const OTHERS: &str = "INPUTS OUTPUTS PERIOD_MS check state None True False array errno math struct time zlib signal rclpy std_msgs \
+                              geometry_msgs setuptools main";
+        let is_in = |words: &str| words.split_whitespace().any(|word| word == name);
+        // A package's name in ROS 2.
+        let is_wrong =
+            self.name == "ros2" && (name.contains("__") || name.ends_with('_') || name.to_lowercase() != name);
+        is_in(pieces::KEYWORDS) || is_in(OTHERS) || is_wrong
     }
 }
 
@@ -563,12 +594,27 @@ fn at_once(world: &World) -> Result<World, Invalid> {
 
 /// What a world's robot reads.
 fn inputs(spec: &WorldSpec) -> Vec<Input> {
-    let of_kinds = spec.robot.described_sensors().iter().map(|sensor| Input {
-        name: sensor.name.clone(),
-        about: match sensor.range {
-            Some(range) => format!("0 to 1: {}, range {range} mm", sensor.kind.entry().about),
-            None => format!("0 to 1: {}", sensor.kind.entry().about),
-        },
+    let of_kinds = spec.robot.described_sensors().iter().map(|sensor| {
+        let range = sensor
+            .range
+            .map_or_else(String::new, |range| format!(", range {range} mm"));
+        let about = sensor.kind.entry().about;
+        let about = match (&sensor.response, &sensor.law) {
+            (Some(Response(points)), _) => {
+                let points: Vec<_> = points
+                    .iter()
+                    .map(|[near, reading]| format!("{reading} at {near} mm"))
+                    .collect();
+                format!(
+                    "0 to 1, by the distance to the nearest object along a ray: {}{range}",
+                    points.join(", ")
+                )
+            }
+            (None, Some(law)) => format!("0 to 1: {about}, law `{}`{range}", law.word()),
+            (None, None) => format!("0 to 1: {about}{range}"),
+        };
+        let name = sensor.name.clone();
+        Input { name, about }
     });
     let mut inputs: Vec<Input> = match &spec.robot.build {
         Build::Sampled => {

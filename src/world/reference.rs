@@ -183,6 +183,16 @@ impl Reference {
         self.signal_range.unwrap_or(700.0)
     }
 
+    /// Mean and standard deviation of the three ground sensors' readings of a grey floor, from left to right.
+    pub(crate) fn grey(&self) -> [[f32; 2]; 3] {
+        let [left, middle, right] = Self::GREY;
+        [
+            self.grey_left.unwrap_or(left),
+            self.grey_middle.unwrap_or(middle),
+            self.grey_right.unwrap_or(right),
+        ]
+    }
+
     /// Factor of the attraction.
     pub(crate) fn factor(&self) -> f32 {
         self.attraction.unwrap_or(1.0)
@@ -219,11 +229,7 @@ impl Reference {
     /// Kernel data: the cells of `ReferenceCell` in `sensor/reference.wgsl`, and one for each lamp.
     pub(crate) fn cells(&self, arena: &Arena) -> impl Iterator<Item = [f32; 4]> + use<> {
         let range = self.range();
-        let [left, middle, right] = [
-            self.grey_left.unwrap_or(Self::GREY[0]),
-            self.grey_middle.unwrap_or(Self::GREY[1]),
-            self.grey_right.unwrap_or(Self::GREY[2]),
-        ];
+        let [left, middle, right] = self.grey();
         let cells = [
             [
                 self.proximity_noise.unwrap_or(0.05),

@@ -11,7 +11,7 @@ use std::{env, fs, process};
 use oneiro::arena::Arena;
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Response, Sensor, SensorKind};
-use oneiro::export::{Controller, Recorded, argos, ros2, webots};
+use oneiro::export::{Controller, Fitted, Recorded, argos, aseba, ros2, webots};
 use oneiro::parameter::Invalid;
 use oneiro::random::{Key, pcg4d};
 use oneiro::reference::{Model, Reference};
@@ -153,8 +153,8 @@ fn readings(model: Model, all: &[Sensed], reach: f64, memory: usize, factor: f64
         let Sensed {
             proximity,
             light,
-            ground,
             packets,
+            ..
         } = &all[now];
         let voters: Vec<f64> = all[now.saturating_sub(4)..=now]
             .iter()
@@ -181,7 +181,7 @@ fn readings(model: Model, all: &[Sensed], reach: f64, memory: usize, factor: f64
         match model {
             Model::Rm11 => {
                 list.extend(proximity.iter().chain(light));
-                list.extend(ground.map(floor));
+                list.extend([0.41 + 0.5 * 0.18, 0.34 + 0.5 * 0.12, 0.42 + 0.5 * 0.18].map(floor));
                 list.push(neighbours);
                 list.extend(quarters(long(attraction, |length| 2.0 / (1.0 + (-length).exp()) - 1.0)));
             }
@@ -189,7 +189,7 @@ fn readings(model: Model, all: &[Sensed], reach: f64, memory: usize, factor: f64
                 list.extend(quarters(long(sum(proximity), |length| length.min(1.0))));
                 let is_light = light.iter().any(|reading| *reading > 0.2);
                 list.extend(quarters(long(sum(light), |_| f64::from(u8::from(is_light)))));
-                list.push(floor(ground[0]));
+                list.push(floor(0.41 + 0.5 * 0.18));
                 list.push(neighbours);
                 list.extend(quarters(attraction));
             }
@@ -221,7 +221,7 @@ local function set_data(data)
     sent = sent + 1
 end
 robot = {
-    random = { uniform = function() return 0.25 end },
+    random = { uniform = function() return 0.25 end, gaussian = function(deviation) return 0.5 * deviation end },
     wheels = { set_velocity = function(left, right) print(string.format('%.9g %.9g', left, right)) end },
 }
 function log(text) error(text) end
@@ -271,11 +271,11 @@ fn exported(world: &World, genome: u32, print: Print) -> (Controller, Vec<u8>) {
     let controller = Controller::new(world, &modules::genome(world, genome), 0).unwrap();
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let cycles = controller.record(&mut cpu, Key::rollout(3, 0, 0, 0)).unwrap();
-    let text = print(&controller, "made", ORIGIN, &cycles[..4]).unwrap();
+    let text = print(&controller, "made", ORIGIN, &cycles[..4]).unwrap().bytes;
     (controller, text)
 }
 
-type Print = fn(&Controller, &str, &[String], &[Recorded]) -> Result<Vec<u8>, Invalid>;
+type Print = fn(&Controller, &str, &[String], &[Recorded]) -> Result<Fitted, Invalid>;
 
 fn hall() -> Arena {
     let mut arena = Arena::polygon(
@@ -390,7 +390,7 @@ fn a_script_of_argos_gives_each_listed_sensor_its_own_place() {
     };
     assert_eq!(
         refused(&|sensors| sensors[0].heading = -30.0 / 360.0),
-        "robot.sensors: prox_0: looks to 330 degrees; allowed for argos: 17, 50, 90, 150, 210, 270, 310, 343"
+        "robot.sensors: prox_0: looks to 330.0 degrees; allowed for argos: 17, 50, 90, 150, 210, 270, 310, 343, up to 5 beside"
     );
     assert_eq!(
         refused(&|sensors| sensors[2].kind = SensorKind::Distance),
@@ -403,6 +403,87 @@ fn a_script_of_argos_gives_each_listed_sensor_its_own_place() {
         webots(&controller, "made", ORIGIN, &[]).unwrap_err(),
     ] {
         assert!(refused.to_string().starts_with("robot: was sampled"), "{refused}");
+    }
+}
+
+/// A program of a Thymio II reads the Thymio's own sensors, and fits into it.
+#[test]
+fn a_program_of_aseba_is_for_a_thymio() {
+    let sensor = |name: String, kind, degrees: f32| Sensor {
+        name,
+        kind,
+        heading: degrees / 360.0,
+        range: (kind == SensorKind::Proximity).then_some(140.0),
+        offset: (kind == SensorKind::Ground).then_some(70.0),
+        ..Sensor::default()
+    };
+    let near = [40.0, 20.0, 0.0, -20.0, -40.0, 180.0, 180.0].into_iter().enumerate();
+    let mut sensors: Vec<_> = near
+        .map(|(number, degrees)| sensor(format!("prox_{number}"), SensorKind::Proximity, degrees))
+        .collect();
+    sensors.extend(
+        [("left", 9.0), ("right", -9.0)].map(|(side, at)| sensor(format!("ground_{side}"), SensorKind::Ground, at)),
+    );
+    let printed = |sensors: &[Sensor], speed: f32, speeds: u32, units: u32| {
+        let world = World::new(WorldSpec {
+            robot: Robot {
+                build: Build::Differential(Differential {
+                    sensors: sensors.to_vec(),
+                    speeds,
+                    ..Differential::new(94.0, speed)
+                }),
+                body_radius: 80.0,
+                ..Robot::khepera()
+            },
+            arena: hall(),
+            controller: world::Controller::Hidden { units },
+            cycles: 20,
+            ..WorldSpec::miglino1995()
+        })
+        .unwrap();
+        let controller = Controller::new(&world, &modules::genome(&world, 4), 0).unwrap();
+        aseba(&controller, "made", ORIGIN, &[])
+    };
+    let text = String::from_utf8(printed(&sensors, 166.0, 0, 12).unwrap().bytes).unwrap();
+    assert!(
+        text.contains("x0[6], prox.horizontal[6]") && text.contains("x0[8] = prox.ground.delta[1]"),
+        "{text}"
+    );
+    let wrong = |change: &dyn Fn(&mut Vec<Sensor>)| {
+        let mut changed = sensors.clone();
+        change(&mut changed);
+        printed(&changed, 166.0, 0, 12).unwrap_err().to_string()
+    };
+    let allowed = "; allowed for aseba: prox_0 to prox_6, ground_left and ground_right of `robot.preset = \"thymio2\"`";
+    for (refused, expected) in [
+        (
+            wrong(&|sensors| sensors[2].kind = SensorKind::Distance),
+            "prox_2: is a distance sensor",
+        ),
+        (wrong(&|sensors| sensors[0].heading = 0.5), "prox_0: looks elsewhere"),
+        (
+            wrong(&|sensors| sensors[1].name = "nose".to_owned()),
+            "nose: is a proximity sensor",
+        ),
+    ] {
+        assert_eq!(refused, format!("{expected}{allowed}"));
+    }
+    for (refused, expected) in [
+        (
+            printed(&sensors, 400.0, 0, 4),
+            "robot.greatest_speed_mm_s: is 400; allowed for aseba: up to 166",
+        ),
+        (
+            printed(&sensors, 100.0, 5, 4),
+            "robot.speeds: is 5; allowed for aseba: 0",
+        ),
+        (
+            printed(&sensors, 100.0, 0, 20),
+            "words of code; allowed for aseba: 1534",
+        ),
+    ] {
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains(expected), "{refused}");
     }
 }
 
@@ -442,6 +523,7 @@ const WEBOTS: &str = "#ifndef STAND_IN
 typedef uint16_t WbDeviceTag;
 int wb_robot_init(void);
 int wb_robot_step(int duration);
+double wb_robot_get_basic_time_step(void);
 void wb_robot_cleanup(void);
 const char *wb_robot_get_name(void);
 int wb_robot_get_number_of_devices(void);
@@ -466,6 +548,7 @@ static const double RISING[] = {0.0, 0.0, 0.0, 0.2, 1000.0, 0.0};
 static int cycle = -1;
 static double speeds[2];
 int wb_robot_init(void) { return 1; }
+double wb_robot_get_basic_time_step(void) { return 20.0; }
 int wb_robot_step(int duration)
 {
     if (duration != 100) {
@@ -512,7 +595,7 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
     let points = vec![[2.0, 1.0], [20.0, 0.5], [40.0, 0.0]];
     let sensors = vec![
         sensor("prox_0", SensorKind::Proximity, 50.0, Some(points)),
-        sensor("prox_1", SensorKind::Proximity, 60.0, None),
+        sensor("prox_1", SensorKind::Proximity, 100.0, None),
         sensor("nose", SensorKind::Distance, 150.0, None),
     ];
     let spec = WorldSpec {
@@ -532,8 +615,9 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
     let world = World::new(spec).unwrap();
     // Of prox_0, prox_1 and nose, mm.
     let distances: Vec<[f64; 3]> = (0..CYCLES)
-        .map(|cycle| [0, 1, 2].map(|sensor| [60.0, 65.0, 190.0][sensor as usize] * drawn(cycle, 50 + sensor)))
+        .map(|cycle| [0, 1, 2].map(|sensor| [60.0, 95.0, 190.0][sensor as usize] * drawn(cycle, 50 + sensor)))
         .collect();
+    // The second sensor's table ends before its range: there nothing is near.
     let response = |distance: f64| match distance {
         ..2.0 => 1.0,
         2.0..20.0 => 1.0 - 0.5 * (distance - 2.0) / 18.0,
@@ -545,7 +629,7 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
         .map(|[first, second, nose]| {
             vec![
                 response(*first),
-                (1.0 - second / 60.0).max(0.0),
+                if *second < 70.0 { 1.0 - second / 100.0 } else { 0.0 },
                 (nose / 150.0).min(1.0),
             ]
         })
@@ -613,15 +697,6 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
 const ROS: &str = r#"
 import sys, types
 
-class Clock:
-    now_s = 0.0
-    def now(self):
-        return Time(Clock.now_s)
-class Time:
-    def __init__(self, seconds):
-        self.seconds = seconds
-    def __sub__(self, other):
-        return types.SimpleNamespace(nanoseconds=1e9 * (self.seconds - other.seconds))
 class Logger:
     said = []
     def warning(self, text, **_): Logger.said.append(text)
@@ -632,7 +707,6 @@ class Node:
     def declare_parameter(self, name, value): self.values[name] = Node.given.get(name, value)
     def get_parameter(self, name): return types.SimpleNamespace(value=self.values[name])
     def get_logger(self): return Logger()
-    def get_clock(self): return Clock()
     def get_fully_qualified_name(self): return "/" + self.name
     def create_publisher(self, kind, topic, depth):
         assert topic == "cmd_vel"
@@ -640,6 +714,7 @@ class Node:
         return types.SimpleNamespace(publish=self.sent.append)
     def create_subscription(self, kind, topic, callback, depth): assert topic == "inputs"
     def create_timer(self, period, callback): self.period = period
+    def destroy_node(self): Node.last = self.sent[-1]
 class Twist:
     def __init__(self):
         self.linear = types.SimpleNamespace(x=0.0)
@@ -648,11 +723,15 @@ def module(name, **members):
     made = types.ModuleType(name)
     made.__dict__.update(members)
     sys.modules[name] = made
-module("rclpy"); module("rclpy.node", Node=Node)
+module("rclpy", init=lambda signal_handler_options: None, shutdown=lambda: None); module("rclpy.node", Node=Node)
+module("rclpy.signals", SignalHandlerOptions=types.SimpleNamespace(NO=0))
 module("geometry_msgs"); module("geometry_msgs.msg", Twist=Twist)
 module("std_msgs"); module("std_msgs.msg", Float32MultiArray=object)
 
+import made.node
 from made.node import Driver
+now_s = 0.0
+made.node.monotonic = lambda: now_s
 node = Driver()
 assert node.period == 0.1 and Logger.said == [], Logger.said
 message = lambda data: types.SimpleNamespace(data=data)
@@ -663,17 +742,31 @@ def twist():
 # Before anything was read, it stands.
 assert twist() == (0.0, 0.0)
 for readings in READINGS:
-    Clock.now_s += 0.1
+    now_s += 0.1
     node.receive(message(readings))
     print("%.9g %.9g" % twist())
 # Other messages are refused, and readings that are too old don't count.
 node.receive(message([1.0]))
 node.receive(message([float("nan")] * len(READINGS[0])))
 assert len(Logger.said) == 2, Logger.said
-Clock.now_s += 0.29
+now_s += 0.29
 assert twist() != (0.0, 0.0)
-Clock.now_s += 0.02
+now_s += 0.02
 assert twist() == (0.0, 0.0)
+# Whoever ends it stops the robot.
+import os, signal
+def spin(node):
+    node.receive(message(READINGS[0]))
+    node.act()
+    assert node.sent[-1].linear.x != 0.0 or node.sent[-1].angular.z != 0.0
+    os.kill(os.getpid(), number)
+    time.sleep(5)
+import time
+sys.modules["rclpy"].spin = spin
+for number in (signal.SIGINT, signal.SIGTERM):
+    Node.last = None
+    made.node.main()
+    assert (Node.last.linear.x, Node.last.angular.z) == (0.0, 0.0)
 try:
     Node.given = {"wheel_base_m": 0.0}
     Driver()

@@ -39,6 +39,8 @@ pub struct Exported {
     /// Cycles of the episode in which it had the simulator's bits, and how many of these its file checks.
     pub cycles: usize,
     pub checked: usize,
+    /// How near the file is to the simulator, if it hasn't its bits.
+    pub note: Option<String>,
 }
 
 /// The target of this name.
@@ -55,15 +57,36 @@ pub fn targets() -> String {
     all.join("; ")
 }
 
-/// Whether it is a name in C that is not too long.
-pub fn is_name(name: &str) -> bool {
+/// Whether names in a target's file can begin with a name.
+pub fn is_name(name: &str, target: &Target) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && name.len() <= LONGEST
+        && !target.is_reserved(name)
 }
 
-/// A name in C that is like an experiment's.
-pub fn identifier(name: &str) -> String {
+/// The names that are allowed, for messages.
+pub fn names(target: &Target) -> String {
+    let letters = if target.name == "ros2" {
+        "lower-case letters, digits and single _"
+    } else {
+        "letters, digits and _"
+    };
+    format!("up to {LONGEST} {letters}, a letter first, and no word of the language or its library")
+}
+
+/// A name for a target's file that is like an experiment's.
+pub fn identifier(name: &str, target: &Target) -> String {
+    let name = plain_name(name);
+    if is_name(&name, target) {
+        return name;
+    }
+    let parts: Vec<_> = name.split('_').filter(|part| !part.is_empty()).collect();
+    let shorter: String = parts.join("_").to_lowercase().chars().take(LONGEST - 11).collect();
+    shorter.trim_end_matches('_').to_owned() + "_controller"
+}
+
+fn plain_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let name: String = name.chars().map(plain).take(LONGEST - 1).collect();
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
@@ -76,9 +99,15 @@ pub fn identifier(name: &str) -> String {
 /// Where to write a target: what was given as `label`, or a file or folder by its name.
 pub fn place(label: &str, out: Option<&Path>, name: &str, target: &Target) -> Result<PathBuf> {
     let (Form::File(extensions, _) | Form::Fitting(extensions, _)) = target.form else {
-        let out = out.unwrap_or(Path::new(name));
-        files::must_not_be_file(out)?;
-        return Ok(out.to_owned());
+        // Two folders would become one.
+        let usual = if target.name == "ros2" {
+            format!("{name}_ros2")
+        } else {
+            name.to_owned()
+        };
+        let out = out.map_or_else(|| PathBuf::from(usual), Path::to_owned);
+        files::must_not_be_file(&out)?;
+        return Ok(out);
     };
     let out = out.map_or_else(|| PathBuf::from(name).with_extension(extensions[0]), Path::to_owned);
     let is_of_target = |ending: &&str| out.extension().is_some_and(|extension| extension == *ending);
@@ -139,11 +168,13 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         cycles.clone()
     };
     let (name, out) = (order.name.as_str(), &order.out);
+    let mut note = None;
     let texts = match target.form {
         Form::File(_, print) => vec![(out.clone(), print(&controller, name, &origin, &chosen).into_bytes())],
         Form::Fitting(_, print) => {
-            let printed = print(&controller, name, &origin, &chosen);
-            vec![(out.clone(), printed.map_err(|invalid| refused(&invalid))?)]
+            let printed = print(&controller, name, &origin, &chosen).map_err(|invalid| refused(&invalid))?;
+            note = printed.note;
+            vec![(out.clone(), printed.bytes)]
         }
         Form::Folder(print) => {
             let files = print(&controller, name, &origin, &chosen).into_iter();
@@ -155,6 +186,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         controller,
         cycles: cycles.len(),
         checked: if target.is_exact { chosen.len() } else { 0 },
+        note,
     })
 }
 

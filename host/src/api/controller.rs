@@ -81,11 +81,11 @@ impl Controllers {
         }
         let target = exported::target(to)
             .ok_or_else(|| Error::input(format_args!("to: is {to:?}; allowed: {}", exported::targets())))?;
-        let name = name.map_or_else(|| exported::identifier(experiment.name()), str::to_owned);
-        if !exported::is_name(&name) {
+        let name = name.map_or_else(|| exported::identifier(experiment.name(), target), str::to_owned);
+        if !exported::is_name(&name, target) {
             return Err(Error::input(format_args!(
-                "name: is {name:?}; allowed: up to {} letters, digits and _, a letter first",
-                exported::LONGEST
+                "name: is {name:?}; allowed for {to}: {}",
+                exported::names(target)
             )));
         }
         let out = exported::place("out", out, &name, target)?;

@@ -36,8 +36,8 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         seed,
     } = subject(arguments, console)?;
     let name = match &arguments.name {
-        Some(name) => checked(name)?,
-        None => exported::identifier(experiment.name()),
+        Some(name) => checked(name, target)?,
+        None => exported::identifier(experiment.name(), target),
     };
     let out = exported::place("--out", arguments.out.as_deref(), &name, target)?;
     let exported = exported::export(&Order {
@@ -65,16 +65,15 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         "draws": controller.draws(),
         "cycles": exported.cycles,
         "checked": exported.checked,
+        "note": exported.note,
     });
-    let bits = if target.is_exact {
+    let bits = exported.note.clone().unwrap_or_else(|| {
         let cycles = counted(exported.cycles as u64, "cycle", "cycles");
         format!(
             "it has the simulator's bits in {cycles}, and {} of these with it",
             exported.checked
         )
-    } else {
-        "what runs it rounds otherwise than the simulator, so its outputs have other bits".to_owned()
-    };
+    });
     let inputs = counted(controller.inputs.len() as u64, "input", "inputs");
     let answer = Answer {
         messages: vec![format!("wrote {path}: {inputs}; {bits}")],
@@ -161,13 +160,14 @@ fn only(path: &Path, all: &Population) -> Result<Vec<f32>> {
     )))
 }
 
-/// A name in C.
-fn checked(name: &str) -> Result<String> {
-    if exported::is_name(name) {
+/// A name for a target's file.
+fn checked(name: &str, target: &Target) -> Result<String> {
+    if exported::is_name(name, target) {
         return Ok(name.to_owned());
     }
     Err(Failure::usage(format_args!(
-        "--name {name}: is no name in C; allowed: up to {} letters, digits and _, a letter first",
-        exported::LONGEST
+        "--name {name}: can't begin names in a file for {}; allowed: {}",
+        target.name,
+        exported::names(target)
     )))
 }

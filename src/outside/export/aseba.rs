@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use super::pieces::head;
 use super::plan::{Planned, plan};
-use super::{Controller, Recorded};
+use super::{Controller, Fitted, Recorded};
 use crate::parameter::Invalid;
 use crate::parts::network::{Activation, LayerKind};
+use crate::world::differential::SensorKind;
 
 /// What 1 is in the program, and the bits of its fractions.
 const ONE: i32 = 1 << FRACTION;
@@ -22,38 +23,28 @@ const FASTEST: i32 = 500;
 const FULL_SPEED: f32 = 166.0;
 /// Its sensors of proximity.
 const PROXIMITIES: usize = 7;
-/// Its memory for variables, numbers.
-const MEMORY: usize = 620;
-/// Variables that every program has in addition to those of its layers and the table.
-const OTHERS: usize = 8;
+/// Its memory for code, words. It has 512 numbers for variables, which such code never fills.
+const CODE: usize = 1534;
 
 /// Prints a network as a program of Aseba for a Thymio II. The comment at its top says how far its outputs are from those of the recorded
 /// cycles.
 ///
 /// # Errors
 /// A controller that isn't a network of dense and Elman layers, that is too large, or that reads what a Thymio II doesn't.
-pub fn aseba(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Result<Vec<u8>, Invalid> {
+pub fn aseba(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Result<Fitted, Invalid> {
     let plan = plan(controller, "aseba", &[LayerKind::Dense, LayerKind::Elman])?;
     let mut readings = String::new();
-    for (place, input) in controller.inputs.iter().enumerate() {
-        let number = input.name.strip_prefix("prox_").and_then(|number| number.parse().ok());
-        let side = ["left", "right"]
-            .iter()
-            .position(|side| input.name == format!("ground_{side}"));
-        let _ = match (number.filter(|number: &usize| *number < PROXIMITIES), side) {
-            (Some(number), _) => {
-                writeln!(
-                    readings,
-                    "    call math.muldiv(x0[{place}], prox.horizontal[{number}], one, touch)"
-                )
-            }
-            (_, Some(side)) => writeln!(readings, "    x0[{place}] = prox.ground.delta[{side}]"),
-            _ => {
-                let allowed = "prox_0 to prox_6, ground_left and ground_right, as `robot.preset = \"thymio2\"` has";
-                let problem = format!("is no reading there; allowed for aseba: {allowed}");
-                return Err(Invalid::new(input.name.clone(), problem));
-            }
-        };
+    for place in 0..controller.inputs.len() {
+        readings += &reading(controller, place)?;
+    }
+    let described = controller.world.spec().robot.build.described();
+    if let Some(speeds) = described.map(|robot| robot.speeds).filter(|speeds| *speeds > 0) {
+        let problem = format!("is {speeds}; allowed for aseba: 0, any speed");
+        return Err(Invalid::new("robot.speeds", problem));
+    }
+    if let Some(speed) = controller.full_speed.filter(|speed| *speed > FULL_SPEED) {
+        let problem = format!("is {speed}; allowed for aseba: up to {FULL_SPEED}, which a Thymio II drives");
+        return Err(Invalid::new("robot.greatest_speed_mm_s", problem));
     }
     let mut layers = Vec::new();
     for layer in &plan.layers {
@@ -61,11 +52,12 @@ pub fn aseba(controller: &Controller, name: &str, origin: &[String], cycles: &[R
         layers.push(Layer::new(layer, before)?);
     }
     let table = table();
-    let numbers = layers.iter().map(Layer::numbers).sum::<usize>() + table.len() + OTHERS;
-    if numbers > MEMORY {
-        let problem = format!("takes {numbers} variables; allowed for aseba: {MEMORY}, which a Thymio II has");
+    let words = layers.iter().map(Layer::words).sum::<usize>() + 2 * table.len() + 12 * controller.inputs.len() + 80;
+    if words > CODE {
+        let problem = format!("takes about {words} words of code; allowed for aseba: {CODE}, which a Thymio II has");
         return Err(Invalid::new("controller", problem));
     }
+    let farthest = farthest(&layers, plan.range, cycles);
     let mut text = String::new();
     let about = [
         String::new(),
@@ -73,10 +65,7 @@ pub fn aseba(controller: &Controller, name: &str, origin: &[String], cycles: &[R
             "Whole numbers, {ONE} for 1: in {} cycles of the simulator, the outputs",
             cycles.len()
         ),
-        format!(
-            "here are at most {:.4} from those there.",
-            farthest(&layers, plan.range, cycles)
-        ),
+        format!("here are at most {farthest:.4} from those there."),
     ];
     for line in head(controller, name, origin).iter().chain(&about) {
         let _ = writeln!(text, "{}", format!("# {line}").trim_end());
@@ -138,6 +127,12 @@ sub cycle
         let _ = writeln!(
             text,
             "    value = x{last}[{place}] - {middle}
+    if value > span then
+        value = span
+    end
+    if value < -span then
+        value = -span
+    end
     call math.muldiv(value, value, full, span)
     motor.{side}.target = value"
         );
@@ -146,7 +141,46 @@ sub cycle
     let file = format!(
         "<!DOCTYPE aesl-source>\n<network>\n<keywords flag=\"true\"/>\n<node nodeId=\"1\" name=\"thymio-II\">{text}</node>\n</network>\n"
     );
-    Ok(file.into_bytes())
+    let outputs =
+        format!("in whole numbers, its outputs are at most {farthest:.4} from the simulator's in this episode");
+    Ok(Fitted {
+        bytes: file.into_bytes(),
+        note: Some(outputs),
+    })
+}
+
+/// The reading of the program for an input, as a statement.
+fn reading(controller: &Controller, place: usize) -> Result<String, Invalid> {
+    /// Directions of the sensors of proximity, degrees, and how far a sensor's may be from them.
+    const DIRECTIONS: [f32; PROXIMITIES] = [40.0, 20.0, 0.0, -20.0, -40.0, 180.0, 180.0];
+    const BESIDE: f32 = 5.0;
+    let name = &controller.inputs[place].name;
+    let refused = |problem: &str| {
+        let allowed = "prox_0 to prox_6, ground_left and ground_right of `robot.preset = \"thymio2\"`";
+        Invalid::new(name.clone(), format!("{problem}; allowed for aseba: {allowed}"))
+    };
+    let sensors = controller.world.spec().robot.described_sensors();
+    let Some(sensor) = sensors.iter().find(|sensor| sensor.name == *name) else {
+        return Err(refused("is no reading there"));
+    };
+    let turned = |degrees: f32| {
+        let away = sensor.heading - degrees / 360.0;
+        360.0 * (away - away.round()).abs() <= BESIDE
+    };
+    let number = name
+        .strip_prefix("prox_")
+        .and_then(|number| number.parse::<usize>().ok());
+    let side = ["left", "right"]
+        .iter()
+        .position(|side| *name == format!("ground_{side}"));
+    match (sensor.kind, number.filter(|number| *number < PROXIMITIES), side) {
+        (SensorKind::Proximity, Some(number), _) if turned(DIRECTIONS[number]) => Ok(format!(
+            "    call math.muldiv(x0[{place}], prox.horizontal[{number}], one, touch)\n"
+        )),
+        (SensorKind::Proximity, Some(_), _) => Err(refused("looks elsewhere")),
+        (SensorKind::Ground, _, Some(side)) => Ok(format!("    x0[{place}] = prox.ground.delta[{side}]\n")),
+        _ => Err(refused(&format!("is a {} sensor", sensor.kind.entry().name))),
+    }
 }
 
 /// Bits of a number between two places of the table.
@@ -263,9 +297,15 @@ impl Layer {
         greatest(self.activation)
     }
 
-    /// Variables that it takes.
-    fn numbers(&self) -> usize {
-        self.sources + self.units.len() * self.sources + self.units.len()
+    /// Words of code that it takes, about: a small number that is set is two, another three.
+    fn words(&self) -> usize {
+        let set: usize = self
+            .units
+            .iter()
+            .flatten()
+            .map(|weight| if weight.abs() < 2048 { 2 } else { 3 })
+            .sum();
+        set + 3 * self.sources + 28 * self.units.len()
     }
 
     fn declared(&self, index: usize) -> String {

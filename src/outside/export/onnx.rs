@@ -3,7 +3,7 @@
 
 use super::pieces::head;
 use super::plan::{Planned, Weights, plan};
-use super::{Controller, Recorded};
+use super::{Controller, Fitted, Recorded};
 use crate::parameter::Invalid;
 use crate::parts::network::{Activation, GREATEST_OUTPUT, LayerKind};
 
@@ -12,7 +12,7 @@ use crate::parts::network::{Activation, GREATEST_OUTPUT, LayerKind};
 ///
 /// # Errors
 /// A controller that is no network, or one that learns.
-pub fn onnx(controller: &Controller, name: &str, origin: &[String], _cycles: &[Recorded]) -> Result<Vec<u8>, Invalid> {
+pub fn onnx(controller: &Controller, name: &str, origin: &[String], _cycles: &[Recorded]) -> Result<Fitted, Invalid> {
     let can_be = [LayerKind::Dense, LayerKind::Elman, LayerKind::Ctrnn, LayerKind::Lstm];
     let plan = plan(controller, "onnx", &can_be)?;
     let mut graph = Graph::default();
@@ -29,8 +29,12 @@ pub fn onnx(controller: &Controller, name: &str, origin: &[String], _cycles: &[R
     let commands = graph.command(plan.range, x);
     graph.named("Identity", &[&commands], "commands");
     let mut about = head(controller, name, origin);
-    about.push("Runtimes round otherwise than the simulator: the outputs have other bits.".to_owned());
-    Ok(graph.model(name, &about.join("\n")))
+    let note = "runtimes round otherwise than the simulator, so its outputs have other bits";
+    about.extend([String::new(), note.to_owned()]);
+    Ok(Fitted {
+        bytes: graph.model(name, &about.join("\n")),
+        note: Some(note.to_owned()),
+    })
 }
 
 /// The field numbers of a graph's inputs and outputs.
@@ -96,8 +100,8 @@ impl Graph {
                 let cell = self.node("Add", &[&kept, &new]);
                 let shown = self.node("Tanh", &[&cell]);
                 let output = self.node("Mul", &[&output, &shown]);
-                self.remember(index, "cell", units, &cell);
                 self.remember(index, "unit", units, &output);
+                self.remember(index, "cell", units, &cell);
                 output
             }
             LayerKind::Plastic => unreachable!("it is refused"),

@@ -88,7 +88,7 @@ pub(super) fn fields(controller: &Controller) -> Vec<Field> {
 }
 
 /// Words of languages and printed files that a field of a controller's memory may have as its name.
-const KEYWORDS: &str = "abstract alignas alignof and and_eq as asm assert async auto await become bitand bitor bool box break case catch \
+pub(super) const KEYWORDS: &str = "abstract alignas alignof and and_eq as asm assert async auto await become bitand bitor bool box break case catch \
                         char check class compl const constexpr continue crate debugger decltype def default del delete do double \
                         dynamic_cast elif else elseif end enum except explicit export extends extern final finally float fn for friend \
                         from function global goto if impl implements import in inline instanceof int int32_t interface is lambda let \

@@ -6,24 +6,26 @@ use std::fmt::Write;
 use super::c::{code, comment};
 use super::objects::{lua, python};
 use super::pieces::{fields, is_seed};
-use super::{Controller, Input, PERIOD, Recorded};
+use super::{Controller, Fitted, Input, PERIOD, Recorded};
 use crate::parameter::Invalid;
 use crate::parts::compose::HEAD;
 
 use crate::world::differential::{Differential, GREATEST_POINTS, Sensor, SensorKind};
-use crate::world::reference::Model;
+use crate::world::reference::{Model, Reference};
 
 /// Prints a controller as a script for ARGoS's e-puck.
 ///
 /// # Errors
 /// A robot that reads what ARGoS's e-puck doesn't.
-pub fn argos(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Result<Vec<u8>, Invalid> {
-    let (robot, full_speed) = parametric(controller, "argos")?;
+pub fn argos(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Result<Fitted, Invalid> {
+    let (robot, full_speed) = parametric(controller, "argos", "epuck")?;
     let mut inputs = String::new();
     for input in &controller.inputs {
         let place = match (listed(robot, input), robot.model) {
             (Some(sensor), _) => of_argos(sensor)?,
-            (None, Some(model)) if model.readings().contains(&input.name) => of_model(model, &input.name),
+            (None, Some(model)) if model.readings().contains(&input.name) => {
+                of_model(model, &robot.reference, &input.name)
+            }
             _ => {
                 return Err(missing(
                     "argos",
@@ -36,13 +38,12 @@ pub fn argos(controller: &Controller, name: &str, origin: &[String], cycles: &[R
     }
     let has_model = robot.model.is_some();
     let of_model = |text: &'static str| if has_model { text } else { "" };
-    let body = controller.world.spec().robot.body_radius;
     let filled = [
         ("model", of_model(include_str!("systems/argos-model.txt")).to_owned()),
         ("forget", of_model("    forget()\n").to_owned()),
         ("sense", of_model("    sense()\n").to_owned()),
-        // ARGoS has the distance of the bodies, ours is that of their centres.
-        ("reach", format!("{:?}", (robot.reference.range() - 2.0 * body) / 10.0)),
+        // ARGoS has the distance of the bodies, whose radius is 35 mm, ours is that of their centres.
+        ("reach", format!("{:?}", (robot.reference.range() - 70.0) / 10.0)),
         ("cycles", robot.reference.cycles().to_string()),
         ("attraction", format!("{:?}", robot.reference.factor())),
         ("period", (1000.0 * PERIOD).round().to_string()),
@@ -51,7 +52,7 @@ pub fn argos(controller: &Controller, name: &str, origin: &[String], cycles: &[R
         ("inputs", inputs),
         ("controller", lua(controller, name, origin, cycles)),
     ];
-    Ok(fill(include_str!("systems/argos.txt"), &filled).into_bytes())
+    Ok(exact(fill(include_str!("systems/argos.txt"), &filled)))
 }
 
 /// Directions of the rings of ARGoS's e-puck, of proximity and of light, degrees counter-clockwise from straight ahead.
@@ -71,15 +72,21 @@ fn of_argos(sensor: &Sensor) -> Result<String, Invalid> {
             .map(|place| format!("robot.{what}[{}].value", place + 1))
             .ok_or_else(|| {
                 let allowed = ARGOS_RING.map(|degrees| degrees.to_string()).join(", ");
-                let problem = format!("looks to {degrees:.0} degrees; allowed for argos: {allowed}");
+                let problem =
+                    format!("looks to {degrees:.1} degrees; allowed for argos: {allowed}, up to {BESIDE} beside");
                 Invalid::new(format!("robot.sensors: {}", sensor.name), problem)
             })
     };
+    let aside = sensor.heading - sensor.heading.round();
     match sensor.kind {
         SensorKind::Proximity => ring("proximity"),
         SensorKind::Light => ring("light"),
-        SensorKind::Ground if sensor.heading > 0.0 => Ok("robot.ground.left".to_owned()),
-        SensorKind::Ground if sensor.heading < 0.0 => Ok("robot.ground.right".to_owned()),
+        SensorKind::Ground if aside.abs() > 0.25 => {
+            let problem = "is behind the body's centre; allowed for argos: ground sensors in front".to_owned();
+            Err(Invalid::new(format!("robot.sensors: {}", sensor.name), problem))
+        }
+        SensorKind::Ground if aside > 0.0 => Ok("robot.ground.left".to_owned()),
+        SensorKind::Ground if aside < 0.0 => Ok("robot.ground.right".to_owned()),
         SensorKind::Ground => Ok("robot.ground.center".to_owned()),
         _ => {
             let problem = format!(
@@ -92,7 +99,7 @@ fn of_argos(sensor: &Sensor) -> Result<String, Invalid> {
 }
 
 /// The same of a reading of a reference model, from what `argos-model.txt` computes.
-fn of_model(model: Model, reading: &str) -> String {
+fn of_model(model: Model, reference: &Reference, reading: &str) -> String {
     let (what, which) = reading.split_once('_').unwrap_or((reading, ""));
     let vector = match (what, model) {
         ("prox", Model::Rm12) => "shortened(sum_of(robot.proximity))",
@@ -106,9 +113,14 @@ fn of_model(model: Model, reading: &str) -> String {
         ("neighbours", _, Model::Vectors) => "heard".to_owned(),
         ("neighbours", ..) => "1 - 2 / (1 + math.exp(math.min(heard, 40)))".to_owned(),
         ("ground", _, Model::Vectors) => "by_vote(0.5)".to_owned(),
-        ("ground", "middle", _) => "by_vote(robot.ground.center)".to_owned(),
-        ("ground", "", _) => "by_vote(robot.ground.left)".to_owned(),
-        ("ground", side, _) => format!("by_vote(robot.ground.{side})"),
+        ("ground", side, _) => {
+            let side = ["left", "middle", "right"]
+                .iter()
+                .position(|own| *own == side)
+                .unwrap_or(0);
+            let [mean, deviation] = reference.grey()[side];
+            format!("by_vote(grey({mean:?}, {deviation:?}))")
+        }
         (_, "ahead", _) => format!("{vector}.x"),
         (_, "left", _) => format!("{vector}.y"),
         ("prox" | "light", place, Model::Rm11) => {
@@ -123,8 +135,8 @@ fn of_model(model: Model, reading: &str) -> String {
 ///
 /// # Errors
 /// A robot with sensors whose readings aren't a distance's.
-pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Result<Vec<u8>, Invalid> {
-    let (robot, full_speed) = parametric(controller, "webots")?;
+pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Result<Fitted, Invalid> {
+    let (robot, full_speed) = parametric(controller, "webots", "khepera")?;
     let mut sensors = String::new();
     for input in &controller.inputs {
         let refused = || missing("webots", input, "proximity and distance sensors");
@@ -153,6 +165,10 @@ pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[
             listed.join(", ")
         );
     }
+    if sensors.is_empty() {
+        // No array is empty.
+        sensors += "    {\"\", 0.0, 0.0, 0, {{0.0}}},\n";
+    }
     let filled = [
         ("name", name.to_owned()),
         ("points", GREATEST_POINTS.to_string()),
@@ -171,8 +187,14 @@ pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[
         ),
         ("controller", code(controller, name, cycles, "static ")),
     ];
-    Ok(fill(include_str!("systems/webots.txt"), &filled).into_bytes())
+    Ok(exact(fill(include_str!("systems/webots.txt"), &filled)))
 }
+
+/// What a node of a controller that draws random numbers has in addition.
+const SEED: &str = "        # Random numbers begin with it and with the node's name.
+        self.declare_parameter(\"seed\", 1)
+        self.seed = self.get_parameter(\"seed\").value % 2**32
+";
 
 /// Prints a controller as a package of ROS 2 with a node in Python.
 pub fn ros2(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Vec<(String, String)> {
@@ -184,6 +206,13 @@ pub fn ros2(controller: &Controller, name: &str, origin: &[String], cycles: &[Re
         .iter()
         .map(|input| format!("    \"{}\",\n", input.name))
         .collect();
+    let of_seed = |text: &str| {
+        if controller.draws() {
+            text.to_owned()
+        } else {
+            String::new()
+        }
+    };
     let filled = [
         ("name", name.to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -193,8 +222,13 @@ pub fn ros2(controller: &Controller, name: &str, origin: &[String], cycles: &[Re
         ("wheel base", meters(wheel_base)),
         (
             "seeds",
-            only_seeds(controller, ["seed", "crc32(self.get_fully_qualified_name().encode())"]),
+            only_seeds(
+                controller,
+                ["self.seed", "crc32(self.get_fully_qualified_name().encode())"],
+            ),
         ),
+        ("imports", of_seed("from zlib import crc32\n")),
+        ("seed", of_seed(SEED)),
     ];
     let file = |path: &str, text: &str| (fill(path, &filled), fill(text, &filled));
     vec![
@@ -214,13 +248,21 @@ pub fn ros2(controller: &Controller, name: &str, origin: &[String], cycles: &[Re
     ]
 }
 
-/// A robot that an experiment describes, and its wheels' full speed, mm/s.
-fn parametric<'a>(controller: &'a Controller, target: &str) -> Result<(&'a Differential, f32), Invalid> {
+/// A file with the simulator's bits.
+fn exact(text: String) -> Fitted {
+    Fitted {
+        bytes: text.into_bytes(),
+        note: None,
+    }
+}
+
+/// A robot that an experiment describes, and its wheels' full speed, mm/s. A preset is an example of one that the target takes.
+fn parametric<'a>(controller: &'a Controller, target: &str, preset: &str) -> Result<(&'a Differential, f32), Invalid> {
     let robot = controller.world.spec().robot.build.described();
     robot.zip(controller.full_speed).ok_or_else(|| {
         let problem = format!(
-            "was sampled, which says nothing of its sensors in other programs; allowed for {target}: robots with `robot.sensors` or \
-             `robot.model`, such as `robot.preset = \"epuck\"`"
+            "was sampled, which says nothing of its sensors in other programs; allowed for {target}: parametric robots, such as \
+             `robot.preset = \"{preset}\"`"
         );
         Invalid::new("robot", problem)
     })
