@@ -281,7 +281,7 @@ fn microcontrollers_have_the_simulators_bits() {
 /// Of each kind of controller. The AVR chip is emulated in real time, so it gets a few dozen cycles; some controllers are too
 /// large for it. `ONEIRO_CHIP` is a part of the names of those to try.
 #[test]
-#[ignore = "takes minutes: tests/long.sh"]
+#[ignore = "emulates nine processors for ten minutes: tests/long.sh runs it"]
 fn all_chips_have_the_simulators_bits_in_ten_thousand_cycles() {
     const CYCLES: usize = 10_000;
     let folder = folder("all-chips");

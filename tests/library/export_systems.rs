@@ -26,7 +26,7 @@ const RING: [f64; 8] = [17.0, 50.0, 90.0, 150.0, 210.0, 270.0, 310.0, 343.0];
 const CYCLES: u32 = 120;
 const ORIGIN: &[String] = &[];
 
-/// A number from 0 to 1 that is drawn for a cycle.
+/// A random number for a cycle, 0 to 1.
 fn drawn(cycle: u32, what: u32) -> f64 {
     f64::from(pcg4d([cycle, what, 5, 77])[0] >> 8) / 16_777_216.0
 }

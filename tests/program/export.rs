@@ -138,7 +138,7 @@ fn every_target_is_written() {
             .run(&["export", "out", "--to", target, "--checks", "3"])
             .exits(if target == "onnx" { 0 } else { 3 })
             .says(if target == "onnx" { &[] } else { &["small", "exists"] });
-        // Each target in a folder of its own.
+        // The folder of the library would hold the files of others.
         if target == "arduino" {
             fs::rename(place.at("small"), place.at(target)).unwrap();
         }
@@ -375,7 +375,7 @@ fn firmware_drives_in_step_with_the_simulator() {
         let answer = answer();
         assert_eq!(answer[..17], words(outputs), "cycle {cycle}");
     }
-    // What isn't a cycle's readings is none, and stops the wheels.
+    // Any other line stops the wheels.
     for line in ["3f000000", "zz", ""] {
         writeln!(to, "{line}").unwrap();
         assert_eq!(answer(), "3f000000 3f000000 00000000 00000000");

@@ -471,7 +471,7 @@ fn whatever_is_accepted_has_one_result() {
 /// How often code of Oneiro's has panicked, on any thread.
 static FAILED: AtomicU32 = AtomicU32::new(0);
 
-/// Counts that from now on: whoever compiles better code beside episodes may be abandoned before anyone asks how it ended.
+/// Counts that from now on: a thread that compiles better code during episodes may be abandoned before anyone asks how it ended.
 fn count_failures() {
     let before = panic::take_hook();
     panic::set_hook(Box::new(move |info| {

@@ -190,7 +190,7 @@ pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[
     Ok(exact(fill(include_str!("systems/webots.txt"), &filled)))
 }
 
-/// What a node of a controller that draws random numbers has in addition.
+/// Lines of a node whose controller draws random numbers.
 const SEED: &str = "        # Random numbers begin with it and with the node's name.
         self.declare_parameter(\"seed\", 1)
         self.seed = self.get_parameter(\"seed\").value % 2**32

@@ -62,7 +62,7 @@ pub(super) fn write(graph: &Graph, function: &Function, output: &Output, arrays:
     Ok(writer.bytes.finish())
 }
 
-/// Where each block's jumps end, if those that have one here only jump. A loop without any code ends at one of its own, which stays.
+/// Where each block's jumps end, if those that have one here only jump. Of a loop without any code, one block stays, and its jumps end there.
 pub(super) fn destinations(jumps: &[Option<usize>]) -> Vec<Label> {
     fn end(labels: &[Label], mut block: usize) -> usize {
         while labels[block] != block {
