@@ -22,6 +22,7 @@ use oneiro_base::exit;
 use oneiro_base::files;
 use oneiro_base::program;
 use oneiro_lab::experiment::{self, SEED, reference, robots};
+use oneiro_lab::exported::OF_WORLD;
 use oneiro_lab::import;
 use oneiro_lab::reality::site::SEVERITY;
 use oneiro_lab::reality::wired::{self, Starts};
@@ -879,6 +880,10 @@ pub(crate) struct Export {
     /// What the names in the file begin with: letters, digits and _ [default: the experiment's name]
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<String>,
+    /// Also print what of its world, with a comma between: sensors (what they read at a pose), task (how a cycle moves the robot, and what
+    /// the task gives); for c
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = OF_WORLD)]
+    pub(crate) with: Vec<String>,
     /// Export this genome instead, such as one from `oneiro evaluate --best --out`
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) genome: Option<PathBuf>,

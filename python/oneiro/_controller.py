@@ -12,6 +12,8 @@ from ._experiment import checked, in_order, numbered, numbers, whole
 from ._native import Experiment
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
@@ -113,24 +115,28 @@ class Controller:
         out: str | os.PathLike[str] | None = None,
         *,
         name: str | None = None,
+        with_: Sequence[str] = (),
         seed: int = 1,
         checks: int = 16,
     ) -> Path:
         """Writes the controller of one genome as a file, or for some targets a folder, for another program or robot; returns its path.
 
         `to` is a target of `oneiro export`: "c", "cpp", "arduino", "rust", "javascript", "python", "lua", "argos", "webots", "ros2",
-        "aseba" or "onnx". `name` begins the names in the file, by default the experiment's; without `out` it is also the file's. The file checks
-        itself by `checks` cycles, 1 to 1000, of the first episode with this seed. What exists is not overwritten.
+        "aseba" or "onnx". `name` begins the names in the file, by default the experiment's; without `out` it is also the file's. `with_` also
+        prints what of its world: "sensors" and "task", for "c". The file checks itself by `checks` cycles, 1 to 1000, of the first episode
+        with this seed. What exists is not overwritten.
         """
         if not isinstance(to, str):
             raise InputError(f"to: is {to!r}; allowed: a name, such as 'c'")
         if name is not None and not isinstance(name, str):
             raise InputError(f"name: is {name!r}; allowed: a name in C")
+        if isinstance(with_, str) or not all(isinstance(what, str) for what in with_):
+            raise InputError(f"with_: is {with_!r}; allowed: a list of 'sensors' and 'task'")
         count = whole("checks", checks, 1)
         if count > 1000:
             raise InputError(f"checks: is {checks}; allowed: 1 to 1000")
         where = None if out is None else os.fspath(out)
-        return Path(self._native.export(to, where, name, whole("seed", seed), count))
+        return Path(self._native.export(to, where, name, list(with_), whole("seed", seed), count))
 
     def _rows(self, name: str, values: Any, width: int) -> NDArray[np.float32]:
         import numpy as np

@@ -91,12 +91,13 @@ impl Controllers {
         to: &str,
         out: Option<&str>,
         name: Option<&str>,
+        with: Vec<String>,
         seed: u64,
         checks: usize,
     ) -> PyResult<String> {
         let path = self
             .0
-            .done(py, |own| own.export(to, out.map(Path::new), name, seed, checks))?;
+            .done(py, |own| own.export(to, out.map(Path::new), name, &with, seed, checks))?;
         Ok(path.display().to_string())
     }
 

@@ -109,6 +109,7 @@ parts![
     "sensor/sampled.wgsl",
     "sensor/tables.wgsl",
     "sensor/vectors.wgsl",
+    "simulated.wgsl",
     "swarm.wgsl",
     "task/avoidance.wgsl",
     "task/bringing.wgsl",

@@ -25,6 +25,7 @@ mod pieces;
 mod plan;
 mod rust;
 mod scripts;
+mod simulator;
 mod systems;
 
 use oneiro_shader_compiler::interpret::{self, Buffers};
@@ -32,8 +33,11 @@ use oneiro_shader_compiler::specialise::Known;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shader_compiler::{Generic, language};
 
+use oneiro_shaders::episode::Record;
+
 use crate::batch::{KEY_WORDS, LEAST_GENE, Rollout, Trace, TraceRequest, Worlds};
 use crate::evaluator::{Control, Evaluator};
+use crate::outside::export::simulator::Simulator;
 pub use crate::outside::reported::Error;
 use crate::outside::reported::check;
 use crate::parameter::{Choice, Invalid};
@@ -48,6 +52,7 @@ pub use c::c;
 pub use cpp::{arduino, cpp};
 pub use objects::{javascript, lua, python, rust};
 pub use onnx::onnx;
+pub use simulator::Also;
 pub use systems::{argos, ros2, webots};
 
 /// Duration of a control cycle, s.
@@ -201,6 +206,8 @@ pub struct Controller {
     wheels: Program,
     /// The same of the wheels.
     tables_of_wheels: Vec<Table>,
+    /// Its world, if that is printed too.
+    simulator: Option<Simulator>,
 }
 
 /// Words of a buffer.
@@ -251,6 +258,8 @@ struct Source {
     kernel: Generic,
     tables: Vec<Table>,
     signed_zeros: bool,
+    /// Buffers that the caller has.
+    of_caller: &'static [&'static str],
 }
 
 impl Source {
@@ -265,15 +274,27 @@ impl Source {
         let has_states = motors.is_some_and(|motors| motors.full_speed().is_some());
         let fields = spec.robot.build.fields();
         let Exported { kernel, memory } = compose::exported(world.kernel(), &spec.own, &fields, robot, has_states)?;
+        let source = Self::of(kernel, world, genome, motors, &["exported"])?;
+        Ok((source, memory))
+    }
+
+    /// A kernel with a world's words; `motors` leaves all tables out but that of these motors.
+    fn of(
+        kernel: Generic,
+        world: &World,
+        genome: &[f32],
+        motors: Option<&MotorTable>,
+        of_caller: &'static [&'static str],
+    ) -> Result<Self, Invalid> {
         let worlds = Worlds::new(&[world])?;
         let packed = worlds.packed();
         let mut first = packed.worlds[0];
         let mut cells = packed.tables.clone();
-        if motors.is_some() {
+        if let Some(motors) = motors {
             let (begin, states) = (first.motor_table as usize, first.motor_states as usize);
             first.motor_table = 0;
             cells = cells[begin..begin + states * states].to_vec();
-            if has_states {
+            if motors.full_speed().is_some() {
                 let speed = |state: usize| [cells[state * (states + 1)][2], 0, 0, 0];
                 cells = (0..states).map(speed).collect();
             }
@@ -285,6 +306,7 @@ impl Source {
         let tables = kernel.bindings.iter().map(|binding| Table {
             name: binding.name.clone(),
             words: match binding.name.as_str() {
+                name if of_caller.contains(&name) => Vec::new(),
                 "worlds" => bytemuck::cast_slice(&[first]).to_vec(),
                 "shapes" => bytemuck::cast_slice(&packed.shapes).to_vec(),
                 "tables" => bytemuck::cast_slice(&cells).to_vec(),
@@ -293,17 +315,17 @@ impl Source {
             },
             stride: binding.stride / size_of::<u32>() as u32,
         });
-        let source = Self {
+        Ok(Self {
             tables: tables.collect(),
             // A user's part may look at zeros' signs.
             signed_zeros: world.kernel().variants.is_empty(),
+            of_caller,
             kernel,
-        };
-        Ok((source, memory))
+        })
     }
 
     /// What it does in this mode, and the tables that it reads then.
-    fn program(&self, mode: u32) -> Result<(Program, Vec<Table>), Invalid> {
+    fn program(&self, mode: u32, greatest_table: usize) -> Result<(Program, Vec<Table>), Invalid> {
         let word = |buffer: u32, element: Option<u32>, offset: u32| {
             let Table { name, words, stride } = &self.tables[buffer as usize];
             if name == "dispatch" {
@@ -319,18 +341,18 @@ impl Source {
         let mut tables = vec![Table::default(); self.tables.len()];
         for buffer in language::touched(&program) {
             let table = &self.tables[buffer as usize];
-            if table.name == "exported" {
+            if self.of_caller.contains(&table.name.as_str()) {
                 continue;
             }
-            if table.name == "inputs" && table.words.len() > GREATEST_TABLE {
+            if table.name == "inputs" && table.words.len() > greatest_table {
                 let problem = format!(
                     "has {} genes; allowed in a file: up to {}",
                     table.words.len() - KEY_WORDS,
-                    GREATEST_TABLE - KEY_WORDS
+                    greatest_table - KEY_WORDS
                 );
                 return Err(Invalid::new("controller", problem));
             }
-            if table.words.is_empty() || table.words.len() > GREATEST_TABLE {
+            if table.words.is_empty() || table.words.len() > greatest_table {
                 let problem = format!(
                     "asks for what only its simulator has (`{}`); allowed: its readings, its genes, its values and its memory",
                     table.name
@@ -344,6 +366,11 @@ impl Source {
 }
 
 impl Target {
+    /// Whether the world can be printed with a controller.
+    pub fn has_world(&self) -> bool {
+        self.name == "c"
+    }
+
     /// Whether names in its file can't begin with a name: it is a word of a language or a module that the file imports.
     pub fn is_reserved(&self, name: &str) -> bool {
         /// Of C++ classes, and modules of Python and ROS 2.
@@ -380,8 +407,8 @@ impl Controller {
         let whole = genome;
         let genome = &whole[world.genes_of(robot)];
         let (source, memory) = Source::new(world, genome, robot, None)?;
-        let (begin, of_begin) = source.program(BEGIN)?;
-        let (cycle, of_cycle) = source.program(CYCLE)?;
+        let (begin, of_begin) = source.program(BEGIN, GREATEST_TABLE)?;
+        let (cycle, of_cycle) = source.program(CYCLE, GREATEST_TABLE)?;
         let robot_of_world = &world.spec().robot;
         let motors = match &robot_of_world.build {
             Build::Sampled => Some(&*robot_of_world.motors),
@@ -389,7 +416,7 @@ impl Controller {
             Build::Forager(_) => None,
         };
         let (of_motors, _) = Source::new(&at_once(world)?, genome, robot, motors)?;
-        let (wheels, tables_of_wheels) = of_motors.program(WHEELS)?;
+        let (wheels, tables_of_wheels) = of_motors.program(WHEELS, GREATEST_TABLE)?;
         let names = world.gene_layout().controller().iter().map(|gene| gene.name.clone());
         Ok(Self {
             kind: world.spec().controller.word().to_owned(),
@@ -405,6 +432,19 @@ impl Controller {
             tables: joined([of_begin, of_cycle]),
             wheels,
             tables_of_wheels,
+            simulator: None,
+        })
+    }
+
+    /// The same with its world, or a part of it, which targets that [have one](Target::has_world) print too.
+    ///
+    /// # Errors
+    /// The world of a swarm or of foragers.
+    pub fn with_world(self, also: Also) -> Result<Self, Invalid> {
+        let simulator = Simulator::new(&self.world, also)?;
+        Ok(Self {
+            simulator: Some(simulator),
+            ..self
         })
     }
 
@@ -525,7 +565,41 @@ impl Controller {
         if is_swarm {
             trace = trace.by_robot(robots).swap_remove(self.robot as usize);
         }
-        self.compared(&world, &trace, self.begin(key))
+        let cycles = self.compared(&world, &trace, self.begin(key))?;
+        if let Some(simulator) = &self.simulator {
+            self.simulated(simulator, &trace, &cycles, outcome.fitness[0])?;
+        }
+        Ok(cycles)
+    }
+
+    /// Compares what its printed world does with an episode's trace and fitness.
+    fn simulated(&self, simulator: &Simulator, trace: &Trace, cycles: &[Recorded], fitness: f32) -> Result<(), Error> {
+        let lines: Vec<&Record> = trace.lines().map(|(record, _)| record).collect();
+        let bits = |floats: &[f32]| floats.iter().map(|float| float.to_bits()).collect::<Vec<u32>>();
+        let pose = |record: &Record| bits(&[record.x, record.y, record.heading]);
+        let done = |record: &Record| bits(&[record.speed_left, record.speed_right, record.collided, record.reward]);
+        let Some(first) = cycles.first() else {
+            return Ok(());
+        };
+        let (mut at, mut wrong) = (0, None);
+        let episode = simulator.run(self, first.before.clone(), |readings, after| {
+            let is_same = at < cycles.len()
+                && bits(&cycles[at].readings) == bits(readings)
+                && done(lines[at]) == done(after)
+                && lines.get(at + 1).is_none_or(|next| pose(next) == pose(after));
+            if !is_same {
+                wrong = wrong.or(Some(at));
+            }
+            at += 1;
+        })?;
+        if at != cycles.len() || episode.fitness.to_bits() != fitness.to_bits() {
+            wrong = wrong.or(Some(at));
+        }
+        let problem = |cycle| format!("has other bits in cycle {cycle} than its simulator; please report it");
+        match wrong {
+            None => Ok(()),
+            Some(cycle) => Err(Invalid::new("world", problem(cycle)).into()),
+        }
     }
 
     /// The cycles of a trace.

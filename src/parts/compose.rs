@@ -460,6 +460,15 @@ pub(crate) fn exported(
     part::exported(kernel, own, fields, robot, has_states)
 }
 
+/// The world of a single robot's kernel by itself, without what decides.
+///
+/// # Errors
+/// A world that can't stand by itself.
+#[cfg(feature = "compose")]
+pub(crate) fn simulated(kernel: &Kernel) -> Result<oneiro_shader_compiler::Generic, Invalid> {
+    part::simulated(kernel)
+}
+
 /// The kernel of swarms whose robots are driven from outside, see [`crate::swarm::Driven`].
 ///
 /// # Errors

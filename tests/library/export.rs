@@ -34,7 +34,7 @@ const COMPILERS: [(&str, &[&str]); 8] = [
     ("clang", &["-O3"]),
 ];
 const USUAL: usize = 5;
-const QUIET: [&str; 7] = [
+pub(crate) const QUIET: [&str; 7] = [
     "-Wall",
     "-Wextra",
     "-pedantic",
@@ -223,7 +223,7 @@ impl Drop for Folder {
     }
 }
 
-fn is_there(compiler: &str) -> bool {
+pub(crate) fn is_there(compiler: &str) -> bool {
     let is_there = Command::new(compiler).arg("--version").output().is_ok();
     if !is_there {
         skipped("compilers", &format!("controllers as C by {compiler}"));

@@ -533,18 +533,24 @@ void wb_distance_sensor_enable(WbDeviceTag tag, int period);
 double wb_distance_sensor_get_value(WbDeviceTag tag);
 int wb_distance_sensor_get_lookup_table_size(WbDeviceTag tag);
 const double *wb_distance_sensor_get_lookup_table(WbDeviceTag tag);
+void wb_light_sensor_enable(WbDeviceTag tag, int period);
+double wb_light_sensor_get_value(WbDeviceTag tag);
+int wb_light_sensor_get_lookup_table_size(WbDeviceTag tag);
+const double *wb_light_sensor_get_lookup_table(WbDeviceTag tag);
 void wb_motor_set_position(WbDeviceTag tag, double position);
 void wb_motor_set_velocity(WbDeviceTag tag, double velocity);
 double wb_motor_get_max_velocity(WbDeviceTag tag);
 #endif
 ";
 
-/// Sensors of Webots whose values fall with the distance, one of them in the other sense, and what they read in each cycle, m.
+/// Sensors of Webots whose values fall with the distance, one of them in the other sense, and what they read in each cycle: distances, m; the
+/// values of two ground sensors; and the irradiances of a light sensor whose values fall, W/m^2.
 const STAND_IN: &str = "#include <stdio.h>
 #include <webots/robot.h>
-static const char *const NAMES[] = {\"leds\", \"right wheel motor\", \"left wheel motor\", \"PREFIX1\", \"PREFIX0\", \"nose\"};
+static const char *const NAMES[] = {\"leds\", \"right wheel motor\", \"left wheel motor\", \"PREFIX1\", \"PREFIX0\", \"nose\", \"LEFT\", \"RIGHT\", \"LIGHT\"};
 static const double FALLING[] = {0.0, 4095.0, 0.1, 0.01, 2000.0, 0.1, 0.03, 200.0, 0.1, 0.07, 60.0, 0.1};
 static const double RISING[] = {0.0, 0.0, 0.0, 0.2, 1000.0, 0.0};
+static const double DIMMING[] = {0.0, 4095.0, 0.0, 0.5, 1000.0, 0.0, 2.0, 0.0, 0.0};
 static int cycle = -1;
 static double speeds[2];
 int wb_robot_init(void) { return 1; }
@@ -561,22 +567,29 @@ int wb_robot_step(int duration)
 }
 void wb_robot_cleanup(void) {}
 const char *wb_robot_get_name(void) { return \"robot\"; }
-int wb_robot_get_number_of_devices(void) { return 6; }
+int wb_robot_get_number_of_devices(void) { return 9; }
 WbDeviceTag wb_robot_get_device_by_index(int index) { return (WbDeviceTag)(index + 1); }
 const char *wb_device_get_name(WbDeviceTag tag) { return NAMES[tag - 1]; }
 void wb_distance_sensor_enable(WbDeviceTag tag, int period) { (void)tag; (void)period; }
 int wb_distance_sensor_get_lookup_table_size(WbDeviceTag tag) { return tag == 6 ? 2 : 4; }
 const double *wb_distance_sensor_get_lookup_table(WbDeviceTag tag) { return tag == 6 ? RISING : FALLING; }
-double wb_distance_sensor_get_value(WbDeviceTag tag)
+static double value_of(const double *table, int rows, double quantity)
 {
-    const double *table = wb_distance_sensor_get_lookup_table(tag);
-    const double distance = DISTANCES[cycle][tag - 4];
-    int row, rows = wb_distance_sensor_get_lookup_table_size(tag);
-    for (row = 1; row < rows - 1 && distance > table[3 * row]; row++) {
+    int row;
+    for (row = 1; row < rows - 1 && quantity > table[3 * row]; row++) {
     }
     return table[3 * row - 2]
-        + (table[3 * row + 1] - table[3 * row - 2]) * (distance - table[3 * row - 3]) / (table[3 * row] - table[3 * row - 3]);
+        + (table[3 * row + 1] - table[3 * row - 2]) * (quantity - table[3 * row - 3]) / (table[3 * row] - table[3 * row - 3]);
 }
+double wb_distance_sensor_get_value(WbDeviceTag tag)
+{
+    const double read = READ[cycle][tag - 4];
+    return tag > 6 ? read : value_of(wb_distance_sensor_get_lookup_table(tag), wb_distance_sensor_get_lookup_table_size(tag), read);
+}
+void wb_light_sensor_enable(WbDeviceTag tag, int period) { (void)tag; (void)period; }
+int wb_light_sensor_get_lookup_table_size(WbDeviceTag tag) { (void)tag; return 3; }
+const double *wb_light_sensor_get_lookup_table(WbDeviceTag tag) { (void)tag; return DIMMING; }
+double wb_light_sensor_get_value(WbDeviceTag tag) { return tag == 9 ? value_of(DIMMING, 3, READ[cycle][5]) : -1.0; }
 void wb_motor_set_position(WbDeviceTag tag, double position) { (void)tag; (void)position; }
 void wb_motor_set_velocity(WbDeviceTag tag, double velocity) { speeds[tag == 2] = velocity; }
 double wb_motor_get_max_velocity(WbDeviceTag tag) { (void)tag; return 5.0; }
@@ -597,6 +610,15 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
         sensor("prox_0", SensorKind::Proximity, 50.0, Some(points)),
         sensor("prox_1", SensorKind::Proximity, 100.0, None),
         sensor("nose", SensorKind::Distance, 150.0, None),
+        Sensor {
+            range: None,
+            ..sensor("ground_left", SensorKind::Ground, 0.0, None)
+        },
+        Sensor {
+            range: None,
+            ..sensor("ground_right", SensorKind::Ground, 0.0, None)
+        },
+        sensor("light_2", SensorKind::Light, 500.0, None),
     ];
     let spec = WorldSpec {
         robot: Robot {
@@ -613,10 +635,12 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
         ..WorldSpec::miglino1995()
     };
     let world = World::new(spec).unwrap();
-    // Of prox_0, prox_1 and nose, mm.
-    let distances: Vec<[f64; 3]> = (0..CYCLES)
-        .map(|cycle| [0, 1, 2].map(|sensor| [60.0, 95.0, 190.0][sensor as usize] * drawn(cycle, 50 + sensor)))
+    // Of prox_0, prox_1 and nose, mm; of both ground sensors; and of light_2, W/m^2.
+    let most = [60.0, 95.0, 190.0, 1100.0, 1100.0, 2.0];
+    let read: Vec<[f64; 6]> = (0..CYCLES)
+        .map(|cycle| [0, 1, 2, 3, 4, 5].map(|sensor| most[sensor as usize] * drawn(cycle, 50 + sensor)))
         .collect();
+    let ground = |value: f64| ((value - 300.0) / 700.0).clamp(0.0, 1.0);
     // The second sensor's table ends before its range: there nothing is near.
     let response = |distance: f64| match distance {
         ..2.0 => 1.0,
@@ -624,28 +648,31 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
         20.0..40.0 => 0.5 - 0.5 * (distance - 20.0) / 20.0,
         _ => 0.0,
     };
-    let readings: Vec<Vec<f64>> = distances
+    let readings: Vec<Vec<f64>> = read
         .iter()
-        .map(|[first, second, nose]| {
+        .map(|[first, second, nose, left, right, light]| {
             vec![
                 response(*first),
                 if *second < 70.0 { 1.0 - second / 100.0 } else { 0.0 },
                 (nose / 150.0).min(1.0),
+                ground(*left),
+                ground(*right),
+                light.min(1.0),
             ]
         })
         .collect();
     let bench = Bench::new("webots");
     let (controller, text) = exported(&world, 4, webots);
     bench.write("made.c", text);
-    for header in ["robot", "device", "motor", "distance_sensor"] {
+    for header in ["robot", "device", "motor", "distance_sensor", "light_sensor"] {
         bench.write(format!("webots/{header}.h"), WEBOTS);
     }
-    let mut table = format!("enum {{ CYCLES = {CYCLES} }};\nstatic const double DISTANCES[][3] = {{\n");
-    for [first, second, nose] in &distances {
+    let mut table = format!("enum {{ CYCLES = {CYCLES} }};\nstatic const double READ[][6] = {{\n");
+    for [first, second, nose, left, right, light] in &read {
         // By their tags.
         let _ = writeln!(
             table,
-            "    {{{:?}, {:?}, {:?}}},",
+            "    {{{:?}, {:?}, {:?}, {left:?}, {right:?}, {light:?}}},",
             second / 1000.0,
             first / 1000.0,
             nose / 1000.0
@@ -666,8 +693,16 @@ fn a_program_of_webots_reads_distances_by_its_lookup_tables() {
         "made",
     ];
     let mut found = 0;
-    for prefix in ["ps", "prox.horizontal.", "prox_"] {
-        bench.write("simulator.c", table.clone() + &STAND_IN.replace("PREFIX", prefix));
+    for (prefix, left, right, light) in [
+        ("ps", "gs0", "gs2", "ls2"),
+        ("prox.horizontal.", "prox.ground.0", "prox.ground.1", "light_2"),
+        ("prox_", "ground_left", "ground_right", "light_2"),
+    ] {
+        let stand_in = STAND_IN.replace("PREFIX", prefix).replace("LEFT", left);
+        let stand_in = stand_in
+            .replace("RIGHT", right)
+            .replace("\"LIGHT", &format!("\"{light}"));
+        bench.write("simulator.c", table.clone() + &stand_in);
         if bench.printed("gcc", &build).is_none() {
             return;
         }

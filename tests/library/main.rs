@@ -43,6 +43,8 @@ mod drives;
 mod export;
 #[cfg(feature = "compose")]
 mod export_systems;
+#[cfg(feature = "compose")]
+mod export_world;
 #[cfg(feature = "native")]
 mod features;
 mod forager;

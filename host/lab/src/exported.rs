@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use oneiro::cpu::Cpu;
-use oneiro::export::{Controller, Form, Recorded, TARGETS, Target};
+use oneiro::export::{Also, Controller, Form, Recorded, TARGETS, Target};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::{files, plain};
 
@@ -24,6 +24,8 @@ pub struct Order<'a> {
     /// The robot of a swarm.
     pub number: u32,
     pub target: &'static Target,
+    /// What of its world is printed with it.
+    pub also: Option<Also>,
     /// What the names in the file begin with.
     pub name: String,
     pub out: PathBuf,
@@ -55,6 +57,34 @@ pub fn targets() -> String {
         .map(|target| format!("{} ({})", target.name, target.about))
         .collect();
     all.join("; ")
+}
+
+/// What of a world can be printed with a controller.
+pub const OF_WORLD: [&str; 2] = ["sensors", "task"];
+
+/// What of its world is printed with a controller, by what was given as `label`.
+pub fn also(label: &str, words: &[String], target: &Target) -> Result<Option<Also>> {
+    if let Some(other) = words.iter().find(|word| !OF_WORLD.contains(&word.as_str())) {
+        let problem = format_args!("{label}: has {other:?}; allowed: {}", OF_WORLD.join(", "));
+        return Err(Failure::input(problem));
+    }
+    if words.is_empty() {
+        return Ok(None);
+    }
+    if !target.has_world() {
+        let can: Vec<_> = TARGETS
+            .iter()
+            .filter(|target| target.has_world())
+            .map(|target| target.name)
+            .collect();
+        let problem = format_args!("{label}: is not for {}; allowed for: {}", target.name, can.join(", "));
+        return Err(Failure::input(problem));
+    }
+    let has = |word: &str| words.iter().any(|own| own == word);
+    Ok(Some(Also {
+        sensors: has("sensors"),
+        task: has("task"),
+    }))
 }
 
 /// Whether names in a target's file can begin with a name.
@@ -126,13 +156,17 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         set,
         number,
         target,
+        also,
         seed,
         trial,
         ..
     } = *order;
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
     let world = experiment.world();
-    let controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
+    let mut controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
+    if let Some(also) = also {
+        controller = controller.with_world(also).map_err(|invalid| refused(&invalid))?;
+    }
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
     let key = Keys::of_seed(seed).of(0, trial as usize);
     let cycles = controller.record(&mut cpu, key).map_err(|error| refused(&error))?;

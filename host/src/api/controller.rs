@@ -71,6 +71,7 @@ impl Controllers {
         to: &str,
         out: Option<&Path>,
         name: Option<&str>,
+        with: &[String],
         seed: u64,
         checks: usize,
     ) -> Result<PathBuf> {
@@ -96,6 +97,7 @@ impl Controllers {
             set: "",
             number: self.number,
             target,
+            also: exported::also("with_", with, target)?,
             name,
             out: out.clone(),
             seed,

@@ -320,13 +320,14 @@ fn what_is_no_command_line_is_noticed() {
 }
 
 /// Options of other programs that documents name: Cargo's, scripts', and words of `AutoMoDe`'s texts.
-const OTHERS: [&str; 13] = [
+const OTHERS: [&str; 14] = [
     "features",
     "profile",
     "no-default-features",
     "test",
     "with-learning",
     "ignored",
+    "include-ignored",
     "nstates",
     "nroot",
     "rwm",

@@ -47,6 +47,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         set: &settings_typed(&arguments.set),
         number: arguments.number,
         target,
+        also: exported::also("--with", &arguments.with, target)?,
         name: name.clone(),
         out: out.clone(),
         seed: arguments.seed.unwrap_or(seed),

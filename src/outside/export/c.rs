@@ -32,7 +32,11 @@ pub(super) fn code(controller: &Controller, name: &str, cycles: &[Recorded], lin
     let wheels = print(&controller.wheels, &controller.tables_of_wheels, &of_wheels);
     let tables = tables(&controller.tables, name) + &tables(&controller.tables_of_wheels, &of_wheels);
     let check = linkage.to_owned() + &check(controller, name, &fields, cycles);
-    let helpers = c::helpers(&format!("{begin}{cycle}{wheels}{check}"));
+    let world = match &controller.simulator {
+        Some(simulator) => simulator.c(controller, name, cycles),
+        None => String::new(),
+    };
+    let helpers = c::helpers(&format!("{begin}{cycle}{wheels}{check}{world}"));
     let preamble = c::PREAMBLE;
     let types = types(controller, name, &fields);
     let reset = declaration_of_reset(controller, name);
@@ -76,7 +80,7 @@ pub(super) fn code(controller: &Controller, name: &str, cycles: &[Recorded], lin
 {{
 {}{wheels}}}
 
-{check}",
+{check}{world}",
         full_speed(controller),
         unused(&cycle, "inputs"),
         unused(&wheels, "outputs"),
@@ -96,7 +100,7 @@ pub(super) fn comment(controller: &Controller, name: &str, origin: &[String], fi
 }
 
 /// Tables that are read at places that vary.
-fn tables(tables: &[Table], name: &str) -> String {
+pub(super) fn tables(tables: &[Table], name: &str) -> String {
     let mut text = String::new();
     for table in tables.iter().filter(|table| !table.words.is_empty()) {
         let _ = writeln!(
@@ -134,17 +138,15 @@ fn types(controller: &Controller, name: &str, fields: &[Field]) -> String {
 
 /// Whoever draws random numbers begins with a key.
 fn declaration_of_reset(controller: &Controller, name: &str) -> String {
-    let key = if controller.draws() {
-        ", uint32_t key_0, uint32_t key_1"
-    } else {
-        ""
-    };
-    let trial = if controller.asks_for_trial() {
-        ", uint32_t trial"
-    } else {
-        ""
-    };
-    format!("{name}_reset({name}_state *state{key}{trial})")
+    let arguments = arguments_of_reset(controller).replace(", ", ", uint32_t ");
+    format!("{name}_reset({name}_state *state{arguments})")
+}
+
+/// What an episode begins with, each after a comma.
+pub(super) fn arguments_of_reset(controller: &Controller) -> String {
+    let key = if controller.draws() { ", key_0, key_1" } else { "" };
+    let trial = if controller.asks_for_trial() { ", trial" } else { "" };
+    format!("{key}{trial}")
 }
 
 fn state(state: &State, fields: &[Field]) -> String {

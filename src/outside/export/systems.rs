@@ -134,17 +134,19 @@ fn of_model(model: Model, reference: &Reference, reading: &str) -> String {
 /// Prints a controller as a C program for robots of Webots.
 ///
 /// # Errors
-/// A robot with sensors whose readings aren't a distance's.
+/// A robot with sensors that Webots has no counterpart of.
 pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Result<Fitted, Invalid> {
     let (robot, full_speed) = parametric(controller, "webots", "khepera")?;
     let mut sensors = String::new();
     for input in &controller.inputs {
-        let refused = || missing("webots", input, "proximity and distance sensors");
+        let refused = || missing("webots", input, "proximity, distance, ground and light sensors");
         let sensor = listed(robot, input).ok_or_else(refused)?;
         let range = sensor.range.unwrap_or_default();
-        let straight = match sensor.kind {
-            SensorKind::Proximity => vec![[0.0, 1.0], [range, 0.0]],
-            SensorKind::Distance => vec![[0.0, 0.0], [range, 1.0]],
+        let (kind, straight) = match sensor.kind {
+            SensorKind::Proximity => ("OF_DISTANCE", vec![[0.0, 1.0], [range, 0.0]]),
+            SensorKind::Distance => ("OF_DISTANCE", vec![[0.0, 0.0], [range, 1.0]]),
+            SensorKind::Ground => ("OF_GROUND", vec![[0.0, 0.0]]),
+            SensorKind::Light => ("OF_LIGHT", vec![[0.0, 0.0]]),
             _ => return Err(refused()),
         };
         let points = sensor.response.as_ref().map_or(&straight, |response| &response.0);
@@ -159,7 +161,7 @@ pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[
             .collect();
         let _ = writeln!(
             sensors,
-            "    {{\"{}\", {range:?}, {beyond:?}, {}, {{{}}}}},",
+            "    {{\"{}\", {kind}, {range:?}, {beyond:?}, {}, {{{}}}}},",
             sensor.name,
             points.len(),
             listed.join(", ")
@@ -167,7 +169,7 @@ pub fn webots(controller: &Controller, name: &str, origin: &[String], cycles: &[
     }
     if sensors.is_empty() {
         // No array is empty.
-        sensors += "    {\"\", 0.0, 0.0, 0, {{0.0}}},\n";
+        sensors += "    {\"\", OF_DISTANCE, 0.0, 0.0, 0, {{0.0}}},\n";
     }
     let filled = [
         ("name", name.to_owned()),

@@ -23,8 +23,8 @@ pub(super) use oneiro_shader_parts::{BEHAVIOUR_TREE, STATE_MACHINE};
 
 use super::{Kind, Refused, Scalar, Value};
 
-pub(super) use exported::exported;
 pub(crate) use exported::{Exported, HEAD, TAIL};
+pub(super) use exported::{exported, simulated};
 pub(super) use kernel::{compose, driven};
 pub(crate) use kernel::{is_of_user, parts_of};
 

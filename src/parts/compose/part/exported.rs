@@ -1,4 +1,5 @@
-//! A controller by itself, without sensors, arena and task: the kernel that is printed in other languages.
+//! A controller by itself, without sensors, arena and task, and a world by itself, without a controller: the kernels that are printed in
+//! other languages.
 
 use std::fmt::Write;
 
@@ -13,6 +14,7 @@ use crate::parameter::Invalid;
 use crate::parts::compose::{OwnParts, Refused, Scalar};
 
 const ENTRY: &str = "exported.wgsl";
+const ENTRY_OF_WORLD: &str = "simulated.wgsl";
 const MEMORY: &str = "ControllerState";
 
 /// The words of `exported` before what the controller remembers, after which come the readings, the outputs and the wheels' speeds.
@@ -57,11 +59,7 @@ pub(in crate::parts::compose) fn exported(
     robot: u32,
     has_states: bool,
 ) -> Result<Exported, Invalid> {
-    let mut parts = parts_of(kernel);
-    for part in &mut parts {
-        // One lane, so that genes lie next to each other.
-        part.text = part.text.replace("const LANES: u32 = 64u;", "const LANES: u32 = 1u;");
-    }
+    let parts = parts_of_one(kernel);
     let memory: Vec<Remembered> = parts
         .iter()
         .find(|part| members(part, MEMORY).is_some())
@@ -82,29 +80,47 @@ pub(in crate::parts::compose) fn exported(
         path: GENERATED.to_owned(),
         text: declared(&memory, &own.readings_in(fields), is_of_swarm.then_some(robot)) + speeds,
     };
-    // Oneiro's names that gave way to a user's have another end.
-    let gave_way: Vec<_> = items
-        .iter()
-        .filter_map(|item| item.name.strip_suffix(OF_ONEIRO))
-        .collect();
-    let entry = [shipped(ENTRY), generated].map(|mut part| {
-        for name in &gave_way {
-            part.text = renamed(&part, name, &format!("{name}{OF_ONEIRO}"));
-        }
-        part
-    });
-    let parts = entry.into_iter().fold(parts, with);
-    let kernel = Generic::new(&parts).map_err(|refusals| {
-        Invalid::new(
-            "controller",
-            format!("can't stand by itself: {}", Refused::all(&refusals)),
-        )
-    })?;
+    let kernel = entered("controller", parts, vec![shipped(ENTRY), generated])?;
     let scalars = |field: Remembered| field.scalars.into_iter().map(move |name| (name, field.scalar));
     Ok(Exported {
         kernel,
         memory: memory.into_iter().flat_map(scalars).collect(),
     })
+}
+
+/// The world of a single robot's kernel, without what decides.
+///
+/// # Errors
+/// A world that can't stand by itself.
+pub(in crate::parts::compose) fn simulated(kernel: &Kernel) -> Result<Generic, Invalid> {
+    entered("world", parts_of_one(kernel), vec![shipped(ENTRY_OF_WORLD)])
+}
+
+/// A kernel's parts, for one lane, so that genes lie next to each other.
+fn parts_of_one(kernel: &Kernel) -> Vec<compiler::Part> {
+    let mut parts = parts_of(kernel);
+    for part in &mut parts {
+        part.text = part.text.replace("const LANES: u32 = 64u;", "const LANES: u32 = 1u;");
+    }
+    parts
+}
+
+/// A kernel of these parts with another entry; `what` it is, for messages.
+fn entered(what: &str, parts: Vec<compiler::Part>, entry: Vec<compiler::Part>) -> Result<Generic, Invalid> {
+    // Oneiro's names that gave way to a user's have another end.
+    let names = parts.iter().flat_map(declarations).map(|item| item.name);
+    let gave_way: Vec<String> = names
+        .filter_map(|name| name.strip_suffix(OF_ONEIRO).map(str::to_owned))
+        .collect();
+    let renamed_entry = entry.into_iter().map(|mut part| {
+        for name in &gave_way {
+            part.text = renamed(&part, name, &format!("{name}{OF_ONEIRO}"));
+        }
+        part
+    });
+    let parts = renamed_entry.fold(parts, with);
+    Generic::new(&parts)
+        .map_err(|refusals| Invalid::new(what, format!("can't stand by itself: {}", Refused::all(&refusals))))
 }
 
 /// The struct of what the caller has, and the functions that read and write it.
