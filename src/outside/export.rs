@@ -85,8 +85,8 @@ pub enum Form {
     File(&'static [&'static str], Print<String>),
     /// The same, which some controllers are refused: their robots have no counterpart there.
     Fitting(&'static [&'static str], Print<Result<Fitted, Invalid>>),
-    /// A folder with files, by their paths.
-    Folder(Print<Vec<(String, String)>>),
+    /// A folder with files, by their paths. The end of its usual name after the controller's, as two folders of one name would become one.
+    Folder(&'static str, Print<Vec<(String, String)>>),
 }
 
 /// A file for a system, and what is to be said of it.
@@ -115,7 +115,7 @@ pub const TARGETS: &[Target] = &[
     Target {
         name: "arduino",
         about: "an Arduino library, a folder with an example",
-        form: Form::Folder(arduino),
+        form: Form::Folder("", arduino),
         is_exact: true,
     },
     Target {
@@ -169,7 +169,7 @@ pub const TARGETS: &[Target] = &[
     Target {
         name: "ros2",
         about: "a ROS 2 package with a node in Python, a folder",
-        form: Form::Folder(ros2),
+        form: Form::Folder("_ros2", ros2),
         is_exact: true,
     },
 ];
@@ -377,10 +377,23 @@ impl Target {
         const OTHERS: &str = "INPUTS OUTPUTS PERIOD_MS check state None True False array errno math struct time zlib signal rclpy std_msgs \
                               geometry_msgs setuptools main";
         let is_in = |words: &str| words.split_whitespace().any(|word| word == name);
-        // A package's name in ROS 2.
         let is_wrong =
-            self.name == "ros2" && (name.contains("__") || name.ends_with('_') || name.to_lowercase() != name);
+            self.names_packages() && (name.contains("__") || name.ends_with('_') || name.to_lowercase() != name);
         is_in(pieces::KEYWORDS) || is_in(OTHERS) || is_wrong
+    }
+
+    /// The characters of names in its file.
+    pub fn letters(&self) -> &'static str {
+        if self.names_packages() {
+            "lower-case letters, digits and single _"
+        } else {
+            "letters, digits and _"
+        }
+    }
+
+    /// Whether a name is also that of a package of ROS 2.
+    fn names_packages(&self) -> bool {
+        self.name == "ros2"
     }
 }
 

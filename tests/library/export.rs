@@ -308,6 +308,11 @@ struct Driven {
     each: [fn(&str) -> String; 2],
 }
 
+const PYTHON: [fn(&str) -> String; 2] = [
+    |name| format!("import {name}\n"),
+    |name| format!("print({name}.check())\n"),
+];
+
 const DRIVEN: [Driven; 6] = [
     Driven {
         target: "cpp",
@@ -344,10 +349,7 @@ const DRIVEN: [Driven; 6] = [
         target: "python",
         programs: &[&["python3"]],
         driver: "driver.py",
-        each: [
-            |name| format!("import {name}\n"),
-            |name| format!("print({name}.check())\n"),
-        ],
+        each: PYTHON,
     },
     Driven {
         target: "lua",
@@ -409,6 +411,28 @@ impl Driven {
         let lines = String::from_utf8(output.stdout).unwrap();
         lines.lines().map(|line| line.parse().unwrap()).collect()
     }
+}
+
+/// All kinds, in hundreds of cycles of each. `tests/micropython.sh` installs it.
+#[test]
+#[ignore = "needs MicroPython: tests/micropython.sh"]
+fn python_has_the_simulators_bits_in_micropython() {
+    let driven = Driven {
+        target: "python",
+        programs: &[],
+        driver: "driver.py",
+        each: PYTHON,
+    };
+    let folder = Folder::new("micropython");
+    let subjects = subjects();
+    for subject in &subjects {
+        let differing = driven.checked(&folder.0, &["micropython"], &[subject], 500);
+        assert_eq!(differing, [0], "{}", subject.name);
+    }
+    let mut changed = network_subject();
+    changed.cycles[11].outputs[1] = changed.cycles[11].outputs[1].next_up();
+    assert_eq!(driven.checked(&folder.0, &["micropython"], &[&changed], 16), [12]);
+    println!("{} controllers", subjects.len());
 }
 
 #[test]

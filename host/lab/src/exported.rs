@@ -97,11 +97,7 @@ pub fn is_name(name: &str, target: &Target) -> bool {
 
 /// The names that are allowed, for messages.
 pub fn names(target: &Target) -> String {
-    let letters = if target.name == "ros2" {
-        "lower-case letters, digits and single _"
-    } else {
-        "letters, digits and _"
-    };
+    let letters = target.letters();
     format!("up to {LONGEST} {letters}, a letter first, and no word of the language or its library")
 }
 
@@ -128,16 +124,13 @@ fn plain_name(name: &str) -> String {
 
 /// Where to write a target: what was given as `label`, or a file or folder by its name.
 pub fn place(label: &str, out: Option<&Path>, name: &str, target: &Target) -> Result<PathBuf> {
-    let (Form::File(extensions, _) | Form::Fitting(extensions, _)) = target.form else {
-        // Two folders would become one.
-        let usual = if target.name == "ros2" {
-            format!("{name}_ros2")
-        } else {
-            name.to_owned()
-        };
-        let out = out.map_or_else(|| PathBuf::from(usual), Path::to_owned);
-        files::must_not_be_file(&out)?;
-        return Ok(out);
+    let extensions = match target.form {
+        Form::File(extensions, _) | Form::Fitting(extensions, _) => extensions,
+        Form::Folder(end, _) => {
+            let out = out.map_or_else(|| PathBuf::from(format!("{name}{end}")), Path::to_owned);
+            files::must_not_be_file(&out)?;
+            return Ok(out);
+        }
     };
     let out = out.map_or_else(|| PathBuf::from(name).with_extension(extensions[0]), Path::to_owned);
     let is_of_target = |ending: &&str| out.extension().is_some_and(|extension| extension == *ending);
@@ -210,7 +203,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
             note = printed.note;
             vec![(out.clone(), printed.bytes)]
         }
-        Form::Folder(print) => {
+        Form::Folder(_, print) => {
             let files = print(&controller, name, &origin, &chosen).into_iter();
             files.map(|(file, text)| (out.join(file), text.into_bytes())).collect()
         }
