@@ -229,6 +229,16 @@ fn is_long() -> bool {
     std::env::var_os("ONEIRO_LONG").is_some()
 }
 
+/// A daemon's log without its host's time.
+fn without_times(log: &[u8]) -> Vec<u8> {
+    let line = |line: &str| {
+        let mut entry: serde_json::Map<String, serde_json::Value> = serde_json::from_str(line).unwrap();
+        entry.retain(|key, _| !["utc", "taken_s", "worked_s"].contains(&key.as_str()));
+        serde_json::to_string(&entry).unwrap() + "\n"
+    };
+    std::str::from_utf8(log).unwrap().lines().map(line).collect::<String>().into_bytes()
+}
+
 /// Where commands are killed.
 struct Bench {
     place: Place,
@@ -297,7 +307,7 @@ impl Bench {
         copy(&self.before, &self.work);
     }
 
-    /// The files now.
+    /// The files now, without what tells when they were written.
     fn files(&self, case: &Case) -> Files {
         let mut files = Files::new();
         collect(&self.work, &self.work, &mut files);
@@ -313,6 +323,9 @@ impl Bench {
                     path.display()
                 );
                 bytes.clear();
+            }
+            if path.ends_with("log.jsonl") && case.command == "fleet twin" {
+                *bytes = without_times(bytes);
             }
         }
         files.retain(|path, _| {
@@ -616,9 +629,11 @@ impl Bench {
 
     /// Kills all cases of some commands.
     fn kill_all(&self, is_own: impl Fn(&str) -> bool) {
+        let only = std::env::var("ONEIRO_COMMAND").ok();
         let own = CASES
             .iter()
-            .filter(|case| is_own(case.command) && (is_long() || !case.is_slow));
+            .filter(|case| is_own(case.command) && (is_long() || !case.is_slow))
+            .filter(|case| only.as_ref().is_none_or(|only| case.command == only));
         let kills: u32 = own.map(|case| self.kill(case)).sum();
         println!("{kills} kills");
     }

@@ -73,14 +73,17 @@ impl Plan {
 }
 
 /// Robot-steps of a swarm, in the arena and on board.
-pub fn steps(plan: &Plan) -> u64 {
+pub fn steps(plan: &Plan) -> [u64; 2] {
     let own = &plan.settings;
     let real = u64::from(own.world.robots) * u64::from(SECOND * own.seconds());
-    let rollouts = u64::from(own.world.robots) * u64::from(own.controllers.population);
-    let simulated =
-        rollouts * u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
+    let cycles = u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
     let has_simulators = own.case != Case::Random && plan.kind.has_simulators();
-    real + if has_simulators { simulated } else { 0 }
+    [real, if has_simulators { controllers(own) * cycles } else { 0 }]
+}
+
+/// Controllers of all robots.
+pub fn controllers(settings: &Settings) -> u64 {
+    u64::from(settings.world.robots) * u64::from(settings.controllers.population)
 }
 
 /// Runs swarms from beginning to end.

@@ -317,7 +317,7 @@ impl Study {
 
     /// Total robot-steps, on board and in the arena.
     pub(crate) fn steps(&self) -> u64 {
-        let of = |settings: &Settings| steps(&plan(settings, 0, 0));
+        let of = |settings: &Settings| steps(&plan(settings, 0, 0)).iter().sum::<u64>();
         let foragers = self
             .combinations
             .iter()

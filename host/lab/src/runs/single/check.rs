@@ -260,10 +260,12 @@ fn summary(experiment: &Experiment) -> String {
                     let robots = settings.reality.robot.0.join(" and ");
                     let time = experiment.robot_time();
                     let time = time.map_or_else(String::new, |time| format!(": {time}"));
-                    format!(
-                        "generations {first} to {} are evaluated on {robots}{time}",
-                        evolution.generations - 1
-                    )
+                    let last = evolution.generations - 1;
+                    if first == last {
+                        format!("generation {last} is evaluated on {robots}{time}")
+                    } else {
+                        format!("generations {first} to {last} are evaluated on {robots}{time}")
+                    }
                 }
                 None => "none".to_owned(),
             },

@@ -16,7 +16,7 @@ use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use serde_json::json;
 
-use super::{Audit, Experiment, Recorded, Recording, Replay, Shown, Summary, Table};
+use super::{Audit, Experiment, Recorded, Recording, Replay, Shown, Summary, Table, Work};
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
 use crate::engine::watcher::Watcher;
@@ -25,7 +25,7 @@ use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
-use crate::swarm::steps;
+use crate::swarm::{controllers, steps};
 use crate::swarm::tables::{
     CONTROLLERS, CONTROLLERS_COLUMNS, DEPOSITS, DEPOSITS_COLUMNS, FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS,
     PAIRS, PAIRS_COLUMNS, outcomes,
@@ -107,7 +107,7 @@ fn food(directory: &Path) -> Result<Vec<u32>> {
 /// Repeats a recorded run.
 fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, bars: Bars) -> Result<SwarmJob> {
     let plan = experiment.plan(seed);
-    let mut watcher = Watcher::new(steps(&plan), "foraging", None, bars);
+    let mut watcher = Watcher::new(steps(&plan).iter().sum(), "foraging", None, bars);
     let jobs = engine.finished(vec![SwarmJob::new(plan).keeping_lines().with_details()], &mut watcher)?;
     let job = jobs.into_iter().next();
     job.ok_or_else(|| Failure::failed("a swarm has no result"))
@@ -176,7 +176,7 @@ impl Experiment for SwarmExperiment {
     }
 
     fn steps(&self) -> u64 {
-        steps(&self.plan(0))
+        steps(&self.plan(0)).iter().sum()
     }
 
     fn kernel(&self) -> &'static str {
@@ -195,6 +195,22 @@ impl Experiment for SwarmExperiment {
 
     fn sample(&self) -> Result<Worlds> {
         Ok(Worlds::new(&[self.settings().simulator(Light::OverNest)])?)
+    }
+
+    fn work(&self) -> Result<Vec<Work>> {
+        let settings = self.settings();
+        let [real, simulated] = steps(&self.plan(0));
+        let arena = Work {
+            worlds: Worlds::new(&[&settings.swarm()])?,
+            at_a_time: 1,
+            steps: real,
+        };
+        let on_board = Work {
+            worlds: self.sample()?,
+            at_a_time: controllers(settings),
+            steps: simulated,
+        };
+        Ok([arena, on_board].into_iter().filter(|work| work.steps > 0).collect())
     }
 
     fn job(self: Arc<Self>, seed: u64, recording: Recording<'_>) -> Result<Box<dyn Job>> {
