@@ -122,18 +122,19 @@ impl Stepped {
         begin: Option<Beginning<'_>>,
     ) -> PyResult<()> {
         let commands = actions.map_or_else(|| Ok(Vec::new()), |actions| actions.commands())?;
-        let who = who.map(|who| who.as_slice().map(<[_]>::to_vec)).transpose()?;
+        let who = match &who {
+            Some(who) => Some(who.as_slice()?),
+            // Without actions none is stepped.
+            None => commands.is_empty().then_some(&[][..]),
+        };
         let mut lives = Vec::new();
         if let Some((who, seeds, numbers)) = &begin {
             let numbers = numbers.as_slice()?.as_chunks().0;
             let each = who.as_slice()?.iter().zip(seeds.as_slice()?).zip(numbers);
             lives.extend(each.map(|((&life, &seed), &numbers)| (life, seed, numbers)));
         }
-        self.own.done(py, |own| {
-            let all = if commands.is_empty() { 0 } else { own.parts().0 };
-            let who = who.unwrap_or_else(|| (0..all).collect());
-            own.step(&who, &commands, &lives, &Task::default())
-        })
+        self.own
+            .done(py, |own| own.step(who, &commands, &lives, &Task::default()))
     }
 
     /// The state of episodes, in new arrays.

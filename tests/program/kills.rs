@@ -236,7 +236,12 @@ fn without_times(log: &[u8]) -> Vec<u8> {
         entry.retain(|key, _| !["utc", "taken_s", "worked_s"].contains(&key.as_str()));
         serde_json::to_string(&entry).unwrap() + "\n"
     };
-    std::str::from_utf8(log).unwrap().lines().map(line).collect::<String>().into_bytes()
+    std::str::from_utf8(log)
+        .unwrap()
+        .lines()
+        .map(line)
+        .collect::<String>()
+        .into_bytes()
 }
 
 /// Where commands are killed.

@@ -4,6 +4,7 @@ use oneiro::differential::Build;
 use oneiro::foraging::Drive;
 use oneiro::random::Key;
 use oneiro::reference::Model;
+use oneiro::stepped::MANY;
 use oneiro::swarm::{Command, Driven, Lamp, Swarm};
 use oneiro_base::exit::Failure;
 use oneiro_lab::experiment::check_seed;
@@ -15,6 +16,8 @@ use super::{Error, Result, Task, device};
 #[derive(Debug)]
 pub struct Stepped {
     own: oneiro::stepped::Stepped,
+    /// Numbers of all lives.
+    all: Vec<usize>,
     backend: String,
     length: u32,
 }
@@ -30,6 +33,7 @@ impl Stepped {
         device::with(backend, |_| ())?;
         Ok(Self {
             own,
+            all: (0..lives).collect(),
             backend: backend.to_owned(),
             length: spec.cycles,
         })
@@ -82,23 +86,34 @@ impl Stepped {
         &self.own
     }
 
-    /// Simulates a cycle of each episode, with two commands for each robot, and at the same time begins others anew: each with the seed, and
+    /// Simulates a cycle of episodes, by their numbers or all, with two commands for each robot, and at the same time begins others anew: each with the seed, and
     /// the two numbers, from which its random numbers are made. With (i, j) they are those of the episode j of the genome i that
     /// [`evaluate`](super::evaluate::evaluate) evaluates with that seed.
     ///
     /// # Errors
     /// Exit 3 for episodes, commands or seeds that aren't allowed; those of the device.
-    pub fn step(&mut self, who: &[usize], commands: &[f32], begin: &[(usize, u64, [u64; 2])], task: &Task) -> Result {
+    pub fn step(
+        &mut self,
+        who: Option<&[usize]>,
+        commands: &[f32],
+        begin: &[(usize, u64, [u64; 2])],
+        task: &Task,
+    ) -> Result {
         check_seed(begin.iter().map(|(_, seed, _)| *seed).max().unwrap_or(0))?;
         let key =
             |&(life, seed, [genome, number]): &(usize, u64, [u64; 2])| (life, Key::rollout(seed, 0, genome, number));
         let begin: Vec<(usize, Key)> = begin.iter().map(key).collect();
-        device::threaded(|| {
-            device::with(&self.backend, |evaluator| {
-                self.own.step_and_begin(evaluator, &task.control, who, commands, &begin)
+        let Self { own, all, backend, .. } = self;
+        let who = who.unwrap_or(all);
+        let are_many = all.len() >= MANY;
+        let mut step = || {
+            device::with(backend, |evaluator| {
+                own.step_and_begin(evaluator, &task.control, who, commands, &begin)
             })
-        })?
-        .map_err(Error::from)
+        };
+        // Another thread takes longer to wake up than a few lives to pack.
+        let stepped = if are_many { device::threaded(step) } else { step() };
+        stepped?.map_err(Error::from)
     }
 }
 

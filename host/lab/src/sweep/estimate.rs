@@ -275,7 +275,10 @@ mod tests {
         assert_eq!(works[1].1, 100 * 500);
         // A foragers' arena is one world at a time, and slower than their simulators.
         let (all, works) = self::works("../../experiments/sweeps/odowd2014-density.toml");
-        assert!(works.len() == 2 && works[0].1 > 0 && works[0].1 + works[1].1 == all, "{works:?}");
+        assert!(
+            works.len() == 2 && works[0].1 > 0 && works[0].1 + works[1].1 == all,
+            "{works:?}"
+        );
         assert_ne!(works[0].0, works[1].0);
     }
 }

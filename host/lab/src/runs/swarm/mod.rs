@@ -25,11 +25,11 @@ use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
-use crate::swarm::{controllers, steps};
 use crate::swarm::tables::{
     CONTROLLERS, CONTROLLERS_COLUMNS, DEPOSITS, DEPOSITS_COLUMNS, FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS,
     PAIRS, PAIRS_COLUMNS, outcomes,
 };
+use crate::swarm::{controllers, steps};
 
 const REPLAY: &str = "replay.html";
 
