@@ -881,7 +881,7 @@ pub(crate) struct Export {
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<String>,
     /// Also print what of its world, with a comma between: sensors (what they read at a pose), task (how a cycle moves the robot, and what
-    /// the task gives); for c
+    /// the task gives); for c, of a swarm both
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = OF_WORLD)]
     pub(crate) with: Vec<String>,
     /// Export this genome instead, such as one from `oneiro evaluate --best --out`

@@ -110,6 +110,7 @@ parts![
     "sensor/tables.wgsl",
     "sensor/vectors.wgsl",
     "simulated.wgsl",
+    "simulated_members.wgsl",
     "swarm.wgsl",
     "task/avoidance.wgsl",
     "task/bringing.wgsl",

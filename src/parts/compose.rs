@@ -460,7 +460,7 @@ pub(crate) fn exported(
     part::exported(kernel, own, fields, robot, has_states)
 }
 
-/// The world of a single robot's kernel by itself, without what decides.
+/// The world of a kernel of robots that are commanded from outside, by itself.
 ///
 /// # Errors
 /// A world that can't stand by itself.

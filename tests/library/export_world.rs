@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::process::Command;
 use std::{fs, thread};
 
+use oneiro::automode::Modules;
 use oneiro::batch::{Rollout, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential};
@@ -12,10 +13,11 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::export::{Also, Controller, c};
 use oneiro::foraging::Forager;
 use oneiro::random::Key;
+use oneiro::reference::{Model, Reference};
 use oneiro::world::{self, Collision, Noise, Robot, World, WorldSpec};
 
 use crate::export::{Folder, QUIET, compile, is_there};
-use crate::{described, lives, modules};
+use crate::{described, epucks, lives, modules, network};
 
 const ALL: Also = Also {
     sensors: true,
@@ -101,6 +103,29 @@ fn words(numbers: &[f32]) -> String {
     numbers.join(" ")
 }
 
+/// What prints an episode of `own_episode`, and what the simulator says of it.
+fn episode(world: &World, genome: &[f32], key: Key) -> (String, String) {
+    let main = format!(
+        "    uint32_t cycles;
+    float fitness = own_episode({}u, {}u, {}u, &cycles);
+    printf(\"%d %d\\n%u %u\\n\", own_check(), own_check_world(), cycles, own_bits_of(fitness));
+",
+        key.words[0], key.words[1], key.trial
+    );
+    let rollout = Rollout {
+        world: 0,
+        genes: genome,
+        key,
+    };
+    let batch = Worlds::new(&[world]).unwrap();
+    let batch = batch.batch(&[rollout], Some(TraceRequest { every: 1 })).unwrap();
+    let outcome = Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new()).unwrap();
+    (
+        main,
+        format!("{} {}", outcome.traces[0].len(), outcome.fitness[0].to_bits()),
+    )
+}
+
 #[test]
 fn an_episode_in_c_is_the_simulators() {
     let mut cpu = Cpu::new(Some(1)).unwrap();
@@ -109,24 +134,7 @@ fn an_episode_in_c_is_the_simulators() {
         let key = Key::rollout(3, 0, 1, 2);
         let cycles = controller.record(&mut cpu, key).unwrap();
         let text = c(&controller, "own", &[], &cycles[..16]);
-        let other = Key::rollout(3, 0, 2, 5);
-        let main = format!(
-            "    uint32_t cycles;
-    float fitness = own_episode({}u, {}u, {}u, &cycles);
-    printf(\"%d %d\\n%u %u\\n\", own_check(), own_check_world(), cycles, own_bits_of(fitness));
-",
-            other.words[0], other.words[1], other.trial
-        );
-        let genome = modules::genome(&world, 7);
-        let rollout = Rollout {
-            world: 0,
-            genes: &genome,
-            key: other,
-        };
-        let batch = Worlds::new(&[&world]).unwrap();
-        let batch = batch.batch(&[rollout], Some(TraceRequest { every: 1 })).unwrap();
-        let outcome = cpu.evaluate(&batch, &Control::new()).unwrap();
-        let expected = format!("{} {}", outcome.traces[0].len(), outcome.fitness[0].to_bits());
+        let (main, expected) = episode(&world, &modules::genome(&world, 7), Key::rollout(3, 0, 2, 5));
         if let Some(lines) = printed(name, &text, &main) {
             assert_eq!(lines, ["0 0", expected.as_str()], "{name}");
         }
@@ -244,18 +252,121 @@ fn sensors_and_task_by_themselves_are_those_of_a_trace() {
     }
 }
 
+/// E-pucks with a reference model.
+fn epucks(model: Model, count: u32) -> WorldSpec {
+    let spec = modules::spec(world::Controller::Recurrent, count);
+    WorldSpec {
+        robot: epucks::epucks(model, Reference::DEFAULT, count),
+        ..spec
+    }
+}
+
+/// Swarms whose robots see each other, push each other and hear each other.
+fn swarms() -> Vec<(&'static str, World)> {
+    let of = |mut spec: WorldSpec| {
+        spec.cycles = 60;
+        World::new(spec).unwrap()
+    };
+    vec![
+        ("swarm", of(modules::spec(world::Controller::Recurrent, 4))),
+        (
+            "network",
+            of(modules::spec(
+                world::Controller::Network(network::networks()[0].clone()),
+                7,
+            )),
+        ),
+        ("epucks", of(epucks(Model::Rm11, 5))),
+        ("epucks_1_2", of(epucks(Model::Rm12, 3))),
+    ]
+}
+
 #[test]
-fn worlds_of_several_robots_are_refused() {
+fn a_swarms_episode_in_c_is_the_simulators() {
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    for (name, world) in swarms() {
+        let genome = modules::genome(&world, 7);
+        let controller = Controller::new(&world, &genome, 2).unwrap().with_world(ALL).unwrap();
+        let cycles = controller.record(&mut cpu, Key::rollout(3, 0, 1, 2)).unwrap();
+        let text = c(&controller, "own", &[], &cycles[..16]);
+        let (main, expected) = episode(&world, &genome, Key::rollout(3, 0, 2, 5));
+        if let Some(lines) = printed(name, &text, &main) {
+            assert_eq!(lines, ["0 0", expected.as_str()], "{name}");
+        }
+    }
+}
+
+/// With a state machine, whose random numbers differ from robot to robot, the robots are driven as in a trace.
+#[test]
+fn a_swarm_is_driven_in_c_as_in_its_traces() {
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let machine = world::Controller::StateMachine(Modules::DEFAULT);
+    let world = World::new(WorldSpec {
+        cycles: 60,
+        ..modules::spec(machine, 3)
+    })
+    .unwrap();
+    let genome = modules::genome(&world, 7);
+    let key = Key::rollout(3, 0, 1, 2);
+    let controller = Controller::new(&world, &genome, 0).unwrap().with_world(ALL).unwrap();
+    let cycles = controller.record(&mut cpu, key).unwrap();
+    let text = c(&controller, "own", &[], &cycles[..4]);
+    assert!(!text.contains("own_episode"));
+    let observed = world.observed().unwrap();
+    let rollout = Rollout {
+        world: 0,
+        genes: &genome,
+        key,
+    };
+    let batch = Worlds::new(&[&observed]).unwrap();
+    let batch = batch.batch(&[rollout], Some(TraceRequest { every: 1 })).unwrap();
+    let outcome = cpu.evaluate(&batch, &Control::new()).unwrap();
+    let traces = outcome.traces[0].by_robot(3);
+    let begin = format!(
+        "own_world_begin(&world, {}u, {}u, {}u);",
+        key.words[0], key.words[1], key.trial
+    );
+    let mut main =
+        format!("    own_world world;\n    own_world_cycle after[3];\n    float inputs[own_INPUTS];\n    {begin}\n");
+    let mut expected = Vec::new();
+    for (at, cycle) in cycles.iter().enumerate() {
+        let outputs: Vec<f32> = traces
+            .iter()
+            .flat_map(|trace| [trace[at].left, trace[at].right])
+            .collect();
+        let _ = writeln!(
+            main,
+            "    own_world_sense(&world, 0, inputs);
+    {{ const float outputs[6] = {{{}}}; own_world_drive(&world, outputs, after); }}
+    printf(\"%u %u %d\\n\", own_bits_of(inputs[0]), own_bits_of(inputs[1]), after[1].is_over);",
+            floats(&outputs)
+        );
+        let is_last = u32::from(at + 1 == cycles.len());
+        expected.push(format!("{} {is_last}", words(&cycle.readings[..2])));
+    }
+    main += "    printf(\"%u\\n\", own_bits_of(after[0].fitness));\n";
+    expected.push(outcome.fitness[0].to_bits().to_string());
+    if let Some(lines) = printed("machine", &text, &main) {
+        assert_eq!(lines, expected);
+    }
+}
+
+#[test]
+fn worlds_that_are_not_printed_are_refused() {
     let swarm = World::new(modules::spec(world::Controller::Recurrent, 4)).unwrap();
     let forager = World::new(WorldSpec {
         controller: world::Controller::Recurrent,
         ..WorldSpec::foraging(Forager::ODOWD2014)
     })
     .unwrap();
-    for world in [swarm, forager] {
-        let genome = modules::genome(&world, 7);
-        let controller = Controller::new(&world, &genome, 0).unwrap();
-        let problem = controller.with_world(ALL).unwrap_err().to_string();
-        assert!(problem.starts_with("world: is of a swarm or of foragers"), "{problem}");
-    }
+    let refused = |world: &World, also| {
+        let controller = Controller::new(world, &modules::genome(world, 7), 0).unwrap();
+        controller.with_world(also).unwrap_err().to_string()
+    };
+    assert!(refused(&forager, ALL).starts_with("world: is of foragers"));
+    let sensors = Also {
+        sensors: true,
+        ..Also::default()
+    };
+    assert!(refused(&swarm, sensors).starts_with("world: is a swarm's, of which only both are printed"));
 }

@@ -20,22 +20,9 @@ fn keep_earned(member_words: u32, earned: f32) {
 fn keep_sender(member_words: u32, sender: u32) {
 }
 
-@compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let group = workgroup.x;
-    if (lane >= groups[group].rollouts) {
-        return;
-    }
-    let slot = group * LANES + lane;
-    let input = groups[group].inputs - dispatch.first_input + lane;
-    let world = groups[group].world;
-    let words = group * dispatch.state_words * LANES + lane;
-    let key = vec2<u32>(inputs[input], inputs[input + LANES]);
-    let trial = inputs[input + 2u * LANES];
-    let episode = Episode(world, key, input + KEY_WORDS * LANES, trial, words, words + WORLD_WORDS * LANES, 0u);
-    let cycles = inputs[episode.genes + COMMANDS * LANES];
-    let count = member_count(world);
-
+// A cycle of the robots, after which their episode has had so many. Their lines begin there in the trace. Returns the fitness so far.
+fn commanded_cycle(episode: Episode, cycles: u32, first_line: u32) -> f32 {
+    let count = member_count(episode.world);
     var together = 0.0f;
     if (cycles == 0u) {
         begin(episode);
@@ -62,7 +49,24 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
             stored(pose.x), stored(pose.y), stored(pose.z), 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, select(0.0f, 1.0f, is_over),
             select(0.0f, 1.0f, collided), stored(number(member_words, MEMBER_EARNED) + together), stored(now),
         );
-        trace[slot * count + member] = Line(record, details_kept(details(EpisodeState(), reads.real, reads.perceived)));
+        trace[first_line + member] = Line(record, details_kept(details(EpisodeState(), reads.real, reads.perceived)));
     }
-    fitness[slot] = stored(now);
+    return stored(now);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let group = workgroup.x;
+    if (lane >= groups[group].rollouts) {
+        return;
+    }
+    let slot = group * LANES + lane;
+    let input = groups[group].inputs - dispatch.first_input + lane;
+    let world = groups[group].world;
+    let words = group * dispatch.state_words * LANES + lane;
+    let key = vec2<u32>(inputs[input], inputs[input + LANES]);
+    let trial = inputs[input + 2u * LANES];
+    let episode = Episode(world, key, input + KEY_WORDS * LANES, trial, words, words + WORLD_WORDS * LANES, 0u);
+    let cycles = inputs[episode.genes + COMMANDS * LANES];
+    fitness[slot] = commanded_cycle(episode, cycles, slot * member_count(world));
 }

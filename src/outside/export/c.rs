@@ -33,7 +33,7 @@ pub(super) fn code(controller: &Controller, name: &str, cycles: &[Recorded], lin
     let tables = tables(&controller.tables, name) + &tables(&controller.tables_of_wheels, &of_wheels);
     let check = linkage.to_owned() + &check(controller, name, &fields, cycles);
     let world = match &controller.simulator {
-        Some(simulator) => simulator.c(controller, name, cycles),
+        Some(simulator) => simulator.c(controller, name),
         None => String::new(),
     };
     let helpers = c::helpers(&format!("{begin}{cycle}{wheels}{check}{world}"));

@@ -15,6 +15,7 @@ use crate::parts::compose::{OwnParts, Refused, Scalar};
 
 const ENTRY: &str = "exported.wgsl";
 const ENTRY_OF_WORLD: &str = "simulated.wgsl";
+const ENTRY_OF_SWARM: &str = "simulated_members.wgsl";
 const MEMORY: &str = "ControllerState";
 
 /// The words of `exported` before what the controller remembers, after which come the readings, the outputs and the wheels' speeds.
@@ -88,12 +89,15 @@ pub(in crate::parts::compose) fn exported(
     })
 }
 
-/// The world of a single robot's kernel, without what decides.
+/// The world of a kernel of robots that are commanded from outside.
 ///
 /// # Errors
 /// A world that can't stand by itself.
 pub(in crate::parts::compose) fn simulated(kernel: &Kernel) -> Result<Generic, Invalid> {
-    entered("world", parts_of_one(kernel), vec![shipped(ENTRY_OF_WORLD)])
+    let parts = parts_of_one(kernel);
+    let is_of_swarm = parts.iter().any(|part| part.path == "lib/members.wgsl");
+    let entry = if is_of_swarm { ENTRY_OF_SWARM } else { ENTRY_OF_WORLD };
+    entered("world", parts, vec![shipped(entry)])
 }
 
 /// A kernel's parts, for one lane, so that genes lie next to each other.
