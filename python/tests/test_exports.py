@@ -123,6 +123,9 @@ def test_every_target_is_written(tmp_path, monkeypatch):
         ({"to": "c", "checks": 0}, "checks: is 0"),
         ({"to": "c", "checks": 1001}, "checks: is 1001"),
         ({"to": "c", "seed": -1}, "seed: is -1"),
+        ({"to": "c", "with_": "sensors"}, "with_: is 'sensors'"),
+        ({"to": "c", "with_": ["motors"]}, 'with_: has "motors"; allowed: sensors, task'),
+        ({"to": "lua", "with_": ["task"]}, "with_: is not for lua; allowed for: c"),
         ({"to": "c", "out": "x.txt"}, "x.txt.*ends in .c"),
         ({"to": "webots"}, "robot: was sampled"),
     ],
@@ -139,3 +142,12 @@ def test_one_genome_is_exported(tmp_path):
     exp = avoidance()
     with pytest.raises(oneiro.InputError, match="genomes: are 2; allowed: one"):
         oneiro.Controller(exp, [random(exp, 1), random(exp, 2)]).export("c", tmp_path / "two.c")
+
+
+def test_the_world_is_exported_too(tmp_path):
+    exp = avoidance()
+    controller = oneiro.Controller(exp, random(exp, 1))
+    path = controller.export("c", tmp_path / "both.c", with_=["sensors", "task"])
+    assert "_check_world(void)" in path.read_text()
+    alone = controller.export("c", tmp_path / "alone.c").read_text()
+    assert "_world" not in alone

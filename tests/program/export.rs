@@ -23,9 +23,14 @@ fn shipped(name: &str) -> String {
 
 /// What a file's check returns, or nothing without a compiler.
 fn checked(place: &Place, file: &str, name: &str) -> Option<i32> {
+    checked_by(place, file, &format!("{name}_check"))
+}
+
+/// The same of this function.
+fn checked_by(place: &Place, file: &str, check: &str) -> Option<i32> {
     place.write(
         "main.c",
-        format!("int {name}_check(void);\nint main(void)\n{{\n    return {name}_check();\n}}\n"),
+        format!("int {check}(void);\nint main(void)\n{{\n    return {check}();\n}}\n"),
     );
     compiled(
         place,
@@ -210,6 +215,16 @@ fn what_cannot_be_exported_is_refused() {
         &["robot: is 1; allowed: 0 to 0"],
     );
     refused(2, &["out", "--to", "c", "--checks", "0"], &["from 1 to 1000"]);
+    refused(
+        2,
+        &["out", "--to", "c", "--with", "motors"],
+        &["motors", "sensors, task"],
+    );
+    refused(
+        3,
+        &["out", "--to", "python", "--with", "task"],
+        &["--with: is not for python; allowed for: c"],
+    );
     assert!(!place.at("small.c").exists());
 }
 
@@ -227,7 +242,7 @@ fn all_experiments_that_ship_are_exported() {
         .collect();
     names.sort();
     assert!(names.len() > 20);
-    let mut cycles = 0;
+    let (mut cycles, mut episodes) = (0, 0);
     for (number, name) in names.iter().enumerate() {
         if !is_long && number % 4 != 1 && !name.starts_with("automode-a") {
             continue;
@@ -241,16 +256,34 @@ fn all_experiments_that_ship_are_exported() {
         place.evolved(&shipped(name), "1", &out, &set);
         let file = format!("taken_{number}.c");
         let json = place.good(&[
-            "export", &out, "--to", "c", "--out", &file, "--checks", "1000", "--name", "taken", "--json",
+            "export",
+            &out,
+            "--to",
+            "c",
+            "--out",
+            &file,
+            "--checks",
+            "1000",
+            "--name",
+            "taken",
+            "--with",
+            "sensors,task",
+            "--json",
         ]);
         let json: serde_json::Value = serde_json::from_str(&json).unwrap();
         cycles += json["cycles"].as_u64().unwrap();
         if let Some(code) = checked(&place, &file, "taken") {
             assert_eq!(code, 0, "{name}");
         }
+        // Its world too, in a whole episode.
+        let has_episode = place.text(&file).contains("int taken_check_world(void)");
+        episodes += u32::from(has_episode);
+        if has_episode && let Some(code) = checked_by(&place, &file, "taken_check_world") {
+            assert_eq!(code, 0, "the world of {name}");
+        }
     }
-    println!("{cycles} cycles");
-    assert!(cycles > 2000);
+    println!("{cycles} cycles, {episodes} episodes");
+    assert!(cycles > 2000 && episodes > 3);
 }
 
 /// The program on the page compiles and runs.

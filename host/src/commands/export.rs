@@ -64,6 +64,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         "memory": controller.memory.len(),
         "genes": controller.genes.len(),
         "draws": controller.draws(),
+        "with": arguments.with,
         "cycles": exported.cycles,
         "checked": exported.checked,
         "note": exported.note,
