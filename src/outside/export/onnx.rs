@@ -4,17 +4,17 @@
 use super::pieces::head;
 use super::plan::{Planned, Weights, plan};
 use super::{Controller, Fitted, Recorded};
-use crate::parameter::Invalid;
+use crate::parameter::{Choice, Invalid};
 use crate::parts::network::{Activation, GREATEST_OUTPUT, LayerKind};
 
 /// Prints a network as an ONNX model. The inputs are `readings` and what each layer remembers, the outputs `commands` of both wheels and
 /// the memory for the next cycle. Each has a row for each robot.
 ///
 /// # Errors
-/// A controller that is no network, or one that learns.
+/// A controller that is no network.
 pub fn onnx(controller: &Controller, name: &str, origin: &[String], _cycles: &[Recorded]) -> Result<Fitted, Invalid> {
-    let can_be = [LayerKind::Dense, LayerKind::Elman, LayerKind::Ctrnn, LayerKind::Lstm];
-    let plan = plan(controller, "onnx", &can_be)?;
+    let all: Vec<LayerKind> = LayerKind::CHOICES.iter().map(|(_, kind, _)| *kind).collect();
+    let plan = plan(controller, "onnx", &all)?;
     let mut graph = Graph::default();
     graph.declare(INPUT, "readings", controller.inputs.len());
     graph.declare(OUTPUT, "commands", 2);
@@ -104,8 +104,86 @@ impl Graph {
                 self.remember(index, "cell", units, &cell);
                 output
             }
-            LayerKind::Plastic => unreachable!("it is refused"),
+            LayerKind::Plastic => self.plastic(layer, index, x),
         }
+    }
+
+    /// A layer whose synapses learn: their strengths have a number for each unit and each that it weighs.
+    fn plastic(&mut self, layer: &Planned, index: usize, x: &str) -> String {
+        let (units, synapses) = (layer.units, layer.sums[0].rows[0].len());
+        let [of_all, of_sources, of_units] =
+            [[units, synapses], [1, synapses], [units, 1]].map(|shape| self.shape(&shape));
+        let before = self.remembered(index, "unit", units);
+        let strengths = self.remembered(index, "strength", units * synapses);
+        let w = self.node("Reshape", &[&strengths, &of_all]);
+        let sources = self.joined(x, &before);
+        let source = self.node("Reshape", &[&sources, &of_sources]);
+        // The sums.
+        let weights = self.tensor(&[units, synapses], &layer.sums[0].rows.concat());
+        let strong = self.node("Mul", &[&w, &source]);
+        let each = self.node("Mul", &[&weights, &strong]);
+        let last = self.whole(2);
+        let mut sum = self.value();
+        let without = Message::default().text(1, "keepdims").number(3, 0).number(20, 2);
+        self.push("ReduceSum", &[&each, &last], &sum, Some(&without));
+        if let Some(biases) = &layer.sums[0].biases {
+            let biases = self.tensor(&[units], biases);
+            sum = self.node("Add", &[&sum, &biases]);
+        }
+        let output = self.activation(layer, sum);
+        self.remember(index, "unit", units, &output);
+        // What is learnt.
+        let [rules, rates] = &layer.learning;
+        let mask = |graph: &mut Self, own: f32| {
+            let is_own = rules
+                .iter()
+                .flatten()
+                .map(|rule| (4.0 * rule).clamp(0.0, 3.0).floor() == own);
+            graph.tensor(
+                &[units, synapses],
+                &is_own.map(|own| f32::from(u8::from(own))).collect::<Vec<_>>(),
+            )
+        };
+        let [is_post, is_pre, is_covariance] = [1.0, 2.0, 3.0].map(|own| mask(self, own));
+        let rates: Vec<f32> = rates.iter().flatten().map(|rate| rate.clamp(0.0, 1.0)).collect();
+        let rates = self.tensor(&[units, synapses], &rates);
+        let [zero, one, two, four] = [0.0, 1.0, 2.0, 4.0].map(|number| self.tensor(&[], &[number]));
+        let x = self.clipped(&source, 0.0, 1.0);
+        let y = self.node("Reshape", &[&output, &of_units]);
+        let both = self.node("Mul", &[&x, &y]);
+        let [not_x, not_y] = [&x, &y].map(|number| self.node("Sub", &[&one, number]));
+        let apart = self.node("Sub", &[&x, &y]);
+        let apart = self.node("Abs", &[&apart]);
+        let near = self.node("Sub", &[&one, &apart]);
+        let near = self.node("Mul", &[&four, &near]);
+        let near = self.node("Sub", &[&near, &two]);
+        let covariance = self.node("Tanh", &[&near]);
+        let rising = self.node("Max", &[&covariance, &zero]);
+        let falling = self.node("Sub", &[&rising, &covariance]);
+        let more = self.node("Sub", &[&rising, &both]);
+        let of_covariance = self.node("Mul", &[&is_covariance, &more]);
+        let up = self.node("Add", &[&both, &of_covariance]);
+        let downs = [
+            (&not_x, &y, &is_post),
+            (&x, &not_y, &is_pre),
+            (&falling, &one, &is_covariance),
+        ];
+        let mut down = zero;
+        for (left, right, is_own) in downs {
+            let own = self.node("Mul", &[left, right]);
+            let own = self.node("Mul", &[&own, is_own]);
+            down = self.node("Add", &[&down, &own]);
+        }
+        let lost = self.node("Add", &[&up, &down]);
+        let lost = self.node("Mul", &[&w, &lost]);
+        let change = self.node("Sub", &[&up, &lost]);
+        let change = self.node("Mul", &[&rates, &change]);
+        let next = self.node("Add", &[&w, &change]);
+        let next = self.clipped(&next, 0.0, 1.0);
+        let flat = self.shape(&[units * synapses]);
+        let next = self.node("Reshape", &[&next, &flat]);
+        self.remember(index, "strength", units * synapses, &next);
+        output
     }
 
     /// The sums of units.
@@ -219,6 +297,13 @@ impl Graph {
     /// A constant list of one whole number.
     fn whole(&mut self, number: i64) -> String {
         self.constant(&[1], 7, &number.to_le_bytes())
+    }
+
+    /// A constant shape of robots with so many numbers each.
+    fn shape(&mut self, each: &[usize]) -> String {
+        let sizes = [-1].into_iter().chain(each.iter().map(|size| *size as i64));
+        let bytes: Vec<u8> = sizes.flat_map(i64::to_le_bytes).collect();
+        self.constant(&[each.len() + 1], 7, &bytes)
     }
 
     fn constant(&mut self, shape: &[usize], ty: u64, bytes: &[u8]) -> String {

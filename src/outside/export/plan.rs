@@ -27,6 +27,8 @@ pub(super) struct Planned {
     pub(super) slope: Option<f32>,
     /// Of a continuous-time unit: the fraction of its time constant that a cycle is.
     pub(super) rates: Vec<f32>,
+    /// Of a unit that learns: for each that it weighs the rule's gene and the learning rate.
+    pub(super) learning: [Vec<Vec<f32>>; 2],
 }
 
 /// Weights of the sums of a layer's units.
@@ -132,6 +134,11 @@ impl Genes<'_> {
             } else {
                 Vec::new()
             },
+            learning: if layer.kind == LayerKind::Plastic {
+                ["rule_", "rate_"].map(|what| self.rows(what, &sources, units, ""))
+            } else {
+                Default::default()
+            },
         }
     }
 
@@ -145,20 +152,26 @@ impl Genes<'_> {
             activation: network.activation.unwrap_or_default(),
             slope: network.slope,
             rates: Vec::new(),
+            learning: Default::default(),
         }
+    }
+
+    /// A gene of each unit for each of its sources, whose name begins with `what`.
+    fn rows(&self, what: &str, sources: &[String], units: &[String], gate: &str) -> Vec<Vec<f32>> {
+        let row = |unit: &String| {
+            let genes = sources
+                .iter()
+                .map(|source| self.0[format!("{what}{source}_to_{unit}{gate}").as_str()]);
+            genes.collect()
+        };
+        units.iter().map(row).collect()
     }
 
     /// `gate` ends the names of a gate's genes.
     fn weights(&self, sources: &[String], units: &[String], gate: &str, has_biases: bool) -> Weights {
-        let row = |unit: &String| {
-            let weights = sources
-                .iter()
-                .map(|source| self.0[format!("{source}_to_{unit}{gate}").as_str()]);
-            weights.collect()
-        };
         let biases = units.iter().map(|unit| self.0[format!("bias_{unit}{gate}").as_str()]);
         Weights {
-            rows: units.iter().map(row).collect(),
+            rows: self.rows("", sources, units, gate),
             biases: has_biases.then(|| biases.collect()),
         }
     }
