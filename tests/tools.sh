@@ -51,10 +51,10 @@ validator() {
 # Controllers as C are compiled by these, and run.
 c_compilers() {
     local name
-    for name in gcc clang; do
+    for name in gcc clang cppcheck; do
         command -v "$name" >/dev/null && continue
         say "installing C compilers"
-        install gcc clang || echo "no $name: controllers as C will not be compiled by it"
+        install gcc clang cppcheck || echo "no $name: controllers as C will not be compiled by it"
         return
     done
 }

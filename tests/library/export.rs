@@ -558,6 +558,68 @@ fn network_subject() -> Subject {
     all.into_iter().find(|subject| subject.name == "network_2").unwrap()
 }
 
+/// Cppcheck finds nothing, and no rule of MISRA C 2012 but these, which are advisory: precedence without parentheses, `goto`, several
+/// returns or breaks, unions, and names that are used or could be declared in one place.
+#[test]
+fn checkers_of_embedded_code_are_quiet() {
+    const ADVISORY: [&str; 9] = ["2.3", "2.4", "8.7", "8.9", "12.1", "15.1", "15.4", "15.5", "19.2"];
+    if !is_there("cppcheck") {
+        return;
+    }
+    let is_long = env::var_os("ONEIRO_LONG").is_some();
+    let folder = Folder::new("checkers");
+    let subjects = subjects();
+    let is_usual = |subject: &&Subject| is_long || ["described", "own"].contains(&&*subject.name);
+    let mut files = Vec::new();
+    for subject in subjects.iter().filter(is_usual) {
+        write(&folder.0, subject, 4);
+        files.push(format!("{}.c", subject.name));
+    }
+    // What a compiler would define.
+    let defined = [
+        "__FLT_EVAL_METHOD__=0",
+        "FLT_RADIX=2",
+        "FLT_MANT_DIG=24",
+        "FLT_MAX_EXP=128",
+    ];
+    let defined = defined.map(|what| format!("-D{what}"));
+    let found = |more: &[&str], files: &[String]| {
+        let mut command = Command::new("cppcheck");
+        let output = command
+            .args(["--std=c99", "--quiet", "--template={file}:{line}: {id}"])
+            .args(more);
+        let output = output
+            .args(&defined)
+            .args(files)
+            .current_dir(&folder.0)
+            .output()
+            .unwrap();
+        let lines = String::from_utf8(output.stderr).unwrap();
+        let lines = lines.lines().filter(|line| line.contains(".c:"));
+        lines.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let wrong = found(&["--enable=warning,performance,portability"], &files);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    // Each by itself: names of different programs may be the same.
+    let of_rules = |file: &String| {
+        let mut lines = found(&["--addon=misra"], std::slice::from_ref(file));
+        assert!(lines.len() > 4, "{lines:?}");
+        lines.retain(|line| {
+            let rule = line.rsplit_once("misra-c2012-").map_or("", |(_, rule)| rule);
+            !ADVISORY.contains(&rule)
+        });
+        lines
+    };
+    let wrong: Vec<_> = files.iter().flat_map(of_rules).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    // A required rule: a composite expression isn't cast to another type.
+    let text = fs::read_to_string(folder.0.join(&files[0])).unwrap();
+    let cast = "\nint32_t cast_of(uint32_t x);\nint32_t cast_of(uint32_t x)\n{\n    return (int32_t)(x + 1u);\n}\n";
+    fs::write(folder.0.join("cast.c"), text + cast).unwrap();
+    let wrong = of_rules(&"cast.c".to_owned());
+    assert!(wrong.len() == 1 && wrong[0].ends_with("10.8"), "{wrong:?}");
+}
+
 #[test]
 fn other_arithmetic_does_not_compile() {
     let folder = Folder::new("flags");

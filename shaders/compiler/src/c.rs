@@ -15,11 +15,13 @@ pub const PREAMBLE: &str = "#include <float.h>
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0
 #error \"fast-math changes the bits: compile without -ffinite-math-only\"
 #endif
-#if !defined(FLT_EVAL_METHOD) && defined(__FLT_EVAL_METHOD__)
-#define FLT_EVAL_METHOD __FLT_EVAL_METHOD__
+#if defined(FLT_EVAL_METHOD)
+#define ONEIRO_EVAL_METHOD FLT_EVAL_METHOD
+#elif defined(__FLT_EVAL_METHOD__)
+#define ONEIRO_EVAL_METHOD __FLT_EVAL_METHOD__
 #endif
 /* 16 is for floats of 16 bits alone. */
-#if !defined(FLT_EVAL_METHOD) || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16)
+#if !defined(ONEIRO_EVAL_METHOD) || (ONEIRO_EVAL_METHOD != 0 && ONEIRO_EVAL_METHOD != 16)
 #error \"floats must be computed as floats, FLT_EVAL_METHOD 0: on 32-bit x86 compile with -msse2 -mfpmath=sse\"
 #endif
 #if FLT_RADIX != 2 || FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128
@@ -41,7 +43,7 @@ pub const PREAMBLE: &str = "#include <float.h>
 ";
 
 /// Functions that printed code calls, each after those that it calls.
-const HELPERS: [(&str, &str); 7] = [
+const HELPERS: [(&str, &str); 9] = [
     (
         "constant_of",
         "static uint32_t constant_of(const uint32_t *word)
@@ -59,6 +61,24 @@ const HELPERS: [(&str, &str); 7] = [
         "static uint32_t divisor_of(uint32_t x)
 {
     return x == 0 ? 1u : x;
+}
+",
+    ),
+    (
+        "signed_of",
+        "/* The number with the same bits. */
+static int32_t signed_of(uint32_t x)
+{
+    return (int32_t)x;
+}
+",
+    ),
+    (
+        "shifted_down",
+        "/* With copies of the sign. */
+static int32_t shifted_down(int32_t x, uint32_t places)
+{
+    return x < 0 ? signed_of(~(~(uint32_t)x >> places)) : signed_of((uint32_t)x >> places);
 }
 ",
     ),
@@ -229,12 +249,13 @@ impl Language for C {
     fn unary(&self, op: Unary, ty: Ty, x: &str) -> String {
         match (op, ty) {
             (Unary::Negate, Ty::F32) => format!("(-{x})"),
-            (Unary::Negate, Ty::I32) => format!("((int32_t)(0u - (uint32_t){x}))"),
+            (Unary::Negate, Ty::I32) => format!("signed_of(0u - (uint32_t){x})"),
             (Unary::Negate, _) => format!("(0u - {x})"),
             (Unary::Not, Ty::Bool) => format!("(!{x})"),
+            (Unary::Not, Ty::I32) => format!("signed_of(~(uint32_t){x})"),
             (Unary::Not, _) => format!("(~{x})"),
             (Unary::Abs, Ty::F32) => format!("number_of(bits_of({}) & 0x7fffffffu)", bare(x)),
-            (Unary::Abs, Ty::I32) => format!("({x} < 0 ? (int32_t)(0u - (uint32_t){x}) : {x})"),
+            (Unary::Abs, Ty::I32) => format!("({x} < 0 ? signed_of(0u - (uint32_t){x}) : {x})"),
             (Unary::Abs, _) => x.to_owned(),
             (Unary::Floor, _) => format!("rounded_down({})", bare(x)),
             (Unary::Trunc, _) => format!("truncated({})", bare(x)),
@@ -250,9 +271,9 @@ impl Language for C {
             Some(bits) => (bits & 31).to_string(),
             None => format!("({y} & 31u)"),
         };
-        // Unsigned integers wrap.
+        // Unsigned integers wrap, and have bits.
         let wrapping = |symbol: &str| match ty {
-            Ty::I32 => format!("((int32_t)((uint32_t){x} {symbol} (uint32_t){y}))"),
+            Ty::I32 => format!("signed_of((uint32_t){x} {symbol} (uint32_t){y})"),
             _ => format!("({x} {symbol} {y})"),
         };
         let divisor = || match right.bits {
@@ -261,7 +282,7 @@ impl Language for C {
             None => format!("divisor_of({})", bare(y)),
         };
         let divided = |symbol: &str| match ty {
-            Ty::I32 => format!("((int32_t)((uint32_t){x} {symbol} {}))", divisor()),
+            Ty::I32 => format!("signed_of((uint32_t){x} {symbol} {})", divisor()),
             _ => format!("({x} {symbol} {})", divisor()),
         };
         match op {
@@ -275,11 +296,12 @@ impl Language for C {
             Binary::And if ty == Ty::Bool => format!("({x} && {y})"),
             Binary::Or if ty == Ty::Bool => format!("({x} || {y})"),
             Binary::Xor if ty == Ty::Bool => format!("({x} != {y})"),
-            Binary::And => format!("({x} & {y})"),
-            Binary::Or => format!("({x} | {y})"),
-            Binary::Xor => format!("({x} ^ {y})"),
-            Binary::ShiftLeft if ty == Ty::I32 => format!("((int32_t)((uint32_t){x} << {}))", shifted_by()),
+            Binary::And => wrapping("&"),
+            Binary::Or => wrapping("|"),
+            Binary::Xor => wrapping("^"),
+            Binary::ShiftLeft if ty == Ty::I32 => format!("signed_of((uint32_t){x} << {})", shifted_by()),
             Binary::ShiftLeft => format!("({x} << {})", shifted_by()),
+            Binary::ShiftRight if ty == Ty::I32 => format!("shifted_down({x}, {})", shifted_by()),
             Binary::ShiftRight => format!("({x} >> {})", shifted_by()),
             Binary::Equal => format!("({x} == {y})"),
             Binary::NotEqual => format!("({x} != {y})"),
@@ -306,7 +328,8 @@ impl Language for C {
             (_, Ty::Bool) => format!("({x} != 0)"),
             (Ty::F32, Ty::I32) => format!("whole_of({})", bare(x)),
             (Ty::F32, Ty::U32) => format!("((uint32_t)whole_of({}))", bare(x)),
-            (Ty::U32, Ty::F32) => format!("((float)(int32_t){x})"),
+            (Ty::U32, Ty::F32) => format!("((float)signed_of({}))", bare(x)),
+            (_, Ty::I32) => format!("signed_of({})", bare(x)),
             (_, to) => format!("(({}){x})", type_name(to)),
         }
     }
@@ -317,6 +340,7 @@ impl Language for C {
             (Ty::F32, _) => format!("bits_of({})", bare(x)),
             (Ty::I32, Ty::F32) => format!("number_of((uint32_t){x})"),
             (_, Ty::F32) => format!("number_of({})", bare(x)),
+            (_, Ty::I32) => format!("signed_of({})", bare(x)),
             (_, to) => format!("(({}){x})", type_name(to)),
         }
     }
