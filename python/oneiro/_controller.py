@@ -136,7 +136,7 @@ class Controller:
         if count > 1000:
             raise InputError(f"checks: is {checks}; allowed: 1 to 1000")
         where = None if out is None else os.fspath(out)
-        return Path(self._native.export(to, where, name, list(with_), whole("seed", seed), count))
+        return Path(self._native.export(to, where, name, list(with_), (whole("seed", seed), count)))
 
     def _rows(self, name: str, values: Any, width: int) -> NDArray[np.float32]:
         import numpy as np

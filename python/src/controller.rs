@@ -92,12 +92,11 @@ impl Controllers {
         out: Option<&str>,
         name: Option<&str>,
         with: Vec<String>,
-        seed: u64,
-        checks: usize,
+        checked: (u64, usize),
     ) -> PyResult<String> {
-        let path = self
-            .0
-            .done(py, |own| own.export(to, out.map(Path::new), name, &with, seed, checks))?;
+        let path = self.0.done(py, |own| {
+            own.export(to, out.map(Path::new), name, &with, checked.0, checked.1)
+        })?;
         Ok(path.display().to_string())
     }
 

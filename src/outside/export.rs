@@ -447,12 +447,12 @@ impl Controller {
         })
     }
 
-    /// The same with its world, or a part of it, which targets that [have one](Target::has_world) print too.
+    /// The same with its world, or a part of it, which targets that [have one](Target::has_world) print too, with the key of an episode.
     ///
     /// # Errors
     /// The world of foragers, and a part of a swarm's.
-    pub fn with_world(self, also: Also) -> Result<Self, Invalid> {
-        let simulator = Simulator::new(&self.world, also)?;
+    pub fn with_world(self, also: Also, known: Key) -> Result<Self, Invalid> {
+        let simulator = Simulator::new(&self.world, also, known)?;
         Ok(Self {
             simulator: Some(simulator),
             ..self

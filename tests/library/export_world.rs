@@ -24,6 +24,12 @@ const ALL: Also = Also {
     task: true,
 };
 const CYCLES: u32 = 200;
+/// The episode that files know.
+const KNOWN: Key = Key {
+    words: [77, 99],
+    trial: 3,
+    generation: 0,
+};
 
 /// Worlds of sampled and of parametric robots, with and without noise, and with a task of a user's.
 fn worlds() -> Vec<(&'static str, World)> {
@@ -47,7 +53,7 @@ fn worlds() -> Vec<(&'static str, World)> {
     };
     let sampled = |noise: Noise, collision: Collision| {
         lives::world(CYCLES, |spec| {
-            spec.noise = noise.clone();
+            spec.noise = noise;
             spec.robot.collision = collision;
         })
     };
@@ -62,7 +68,10 @@ fn worlds() -> Vec<(&'static str, World)> {
 
 fn with_world(world: &World, also: Also) -> Controller {
     let genome = modules::genome(world, 7);
-    Controller::new(world, &genome, 0).unwrap().with_world(also).unwrap()
+    Controller::new(world, &genome, 0)
+        .unwrap()
+        .with_world(also, KNOWN)
+        .unwrap()
 }
 
 /// What a program prints that has a file and this main function.
@@ -286,7 +295,10 @@ fn a_swarms_episode_in_c_is_the_simulators() {
     let mut cpu = Cpu::new(Some(1)).unwrap();
     for (name, world) in swarms() {
         let genome = modules::genome(&world, 7);
-        let controller = Controller::new(&world, &genome, 2).unwrap().with_world(ALL).unwrap();
+        let controller = Controller::new(&world, &genome, 2)
+            .unwrap()
+            .with_world(ALL, KNOWN)
+            .unwrap();
         let cycles = controller.record(&mut cpu, Key::rollout(3, 0, 1, 2)).unwrap();
         let text = c(&controller, "own", &[], &cycles[..16]);
         let (main, expected) = episode(&world, &genome, Key::rollout(3, 0, 2, 5));
@@ -308,7 +320,10 @@ fn a_swarm_is_driven_in_c_as_in_its_traces() {
     .unwrap();
     let genome = modules::genome(&world, 7);
     let key = Key::rollout(3, 0, 1, 2);
-    let controller = Controller::new(&world, &genome, 0).unwrap().with_world(ALL).unwrap();
+    let controller = Controller::new(&world, &genome, 0)
+        .unwrap()
+        .with_world(ALL, KNOWN)
+        .unwrap();
     let cycles = controller.record(&mut cpu, key).unwrap();
     let text = c(&controller, "own", &[], &cycles[..4]);
     assert!(!text.contains("own_episode"));
@@ -361,7 +376,7 @@ fn worlds_that_are_not_printed_are_refused() {
     .unwrap();
     let refused = |world: &World, also| {
         let controller = Controller::new(world, &modules::genome(world, 7), 0).unwrap();
-        controller.with_world(also).unwrap_err().to_string()
+        controller.with_world(also, KNOWN).unwrap_err().to_string()
     };
     assert!(refused(&forager, ALL).starts_with("world: is of foragers"));
     let sensors = Also {

@@ -232,7 +232,7 @@ fn is_long() -> bool {
 /// A daemon's log without its host's time.
 fn without_times(log: &[u8]) -> Vec<u8> {
     let line = |line: &str| {
-        let mut entry: serde_json::Map<String, serde_json::Value> = serde_json::from_str(line).unwrap();
+        let mut entry: serde_json::Map<String, Value> = serde_json::from_str(line).unwrap();
         entry.retain(|key, _| !["utc", "taken_s", "worked_s"].contains(&key.as_str()));
         serde_json::to_string(&entry).unwrap() + "\n"
     };

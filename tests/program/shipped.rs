@@ -106,7 +106,11 @@ fn all_that_ships_begins_on_a_gpu_as_on_the_cpu() {
             let sweep = format!("sweep-{number}.toml");
             // A race's first generation is a third of its budget.
             let is_race = fs::read_to_string(path).unwrap().contains("[evolution.race]");
-            let set = if is_race { "[set]\nevolution.race.lives = 2_000\n" } else { "" };
+            let set = if is_race {
+                "[set]\nevolution.race.lives = 2_000\n"
+            } else {
+                ""
+            };
             place.write(&sweep, format!("experiment = {shown:?}\nseeds = \"1..2\"\n{set}"));
             sweep
         };

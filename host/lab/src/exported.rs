@@ -7,6 +7,7 @@ use oneiro::export::{Also, Controller, Form, Recorded, TARGETS, Target};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::{files, plain};
 
+use crate::OF_WORLD;
 use crate::experiment::Experiment;
 use crate::lives::Keys;
 
@@ -58,9 +59,6 @@ pub fn targets() -> String {
         .collect();
     all.join("; ")
 }
-
-/// What of a world can be printed with a controller.
-pub const OF_WORLD: [&str; 2] = ["sensors", "task"];
 
 /// What of its world is printed with a controller, by what was given as `label`.
 pub fn also(label: &str, words: &[String], target: &Target) -> Result<Option<Also>> {
@@ -157,11 +155,11 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
     let world = experiment.world();
     let mut controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
-    if let Some(also) = also {
-        controller = controller.with_world(also).map_err(|invalid| refused(&invalid))?;
-    }
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
     let key = Keys::of_seed(seed).of(0, trial as usize);
+    if let Some(also) = also {
+        controller = controller.with_world(also, key).map_err(|invalid| refused(&invalid))?;
+    }
     let cycles = controller.record(&mut cpu, key).map_err(|error| refused(&error))?;
     if cycles.is_empty() {
         return Err(refused(

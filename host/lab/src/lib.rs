@@ -41,3 +41,6 @@ pub mod swarm;
 pub mod sweep;
 mod threads;
 pub mod workload;
+
+/// What of a world can be printed with an exported controller.
+pub const OF_WORLD: [&str; 2] = ["sensors", "task"];

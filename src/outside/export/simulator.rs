@@ -38,8 +38,8 @@ pub struct Also {
 /// A world whose robots are commanded.
 #[derive(Clone, Debug)]
 pub(super) enum Simulator {
-    Robot(Alone),
-    Swarm(Together),
+    Robot(Box<Alone>),
+    Swarm(Box<Together>),
 }
 
 /// What is common to both: the kernel's buffers, with the words of those that it only reads.
@@ -49,6 +49,8 @@ struct Buffers {
     /// Where the readings are in a line of the trace.
     readings: Vec<usize>,
     cycles: u32,
+    /// An episode that the file knows.
+    key: Key,
 }
 
 /// Buffers of an episode.
@@ -66,7 +68,7 @@ type Line = (Record, Vec<u32>);
 impl Simulator {
     /// # Errors
     /// A world of foragers, and a part of a swarm's.
-    pub(super) fn new(world: &World, also: Also) -> Result<Self, Invalid> {
+    pub(super) fn new(world: &World, also: Also, key: Key) -> Result<Self, Invalid> {
         let spec = world.spec();
         if matches!(spec.robot.build, Build::Forager(_)) {
             let problem = "is of foragers; allowed with sensors or task: any other";
@@ -101,12 +103,13 @@ impl Simulator {
                 .map(|(at, _)| RECORD + at)
                 .collect(),
             cycles: spec.cycles,
+            key,
         };
         Ok(if is_swarm {
             let words = Worlds::new(&[&commanded])?.state_words() as u32;
-            Self::Swarm(Together::new(buffers, commanded.robots(), words, program(0)?))
+            Self::Swarm(Box::new(Together::new(buffers, commanded.robots(), words, program(0)?)))
         } else {
-            Self::Robot(Alone::new(buffers, also, program)?)
+            Self::Robot(Box::new(Alone::new(buffers, also, program)?))
         })
     }
 
@@ -162,6 +165,36 @@ impl Buffers {
         self.tables.iter().map(words).collect()
     }
 
+    /// The constants that name the known episode.
+    fn known(&self, name: &str) -> String {
+        let [key_0, key_1, trial] = [self.key.words[0], self.key.words[1], self.key.trial].map(word);
+        format!(
+            "/* The random numbers and the trial of a known episode. */
+#define {name}_world_KEY_0 {key_0}
+#define {name}_world_KEY_1 {key_1}
+#define {name}_world_TRIAL {trial}
+"
+        )
+    }
+
+    /// The function that simulates it, and compares: `name_episode` is there.
+    fn check(&self, controller: &Controller, name: &str) -> String {
+        let [cycles, fitness] = simulated(controller, self.key).expect("its world was simulated before");
+        format!(
+            "
+/* 0 if the known episode has as many cycles and the same fitness here, else 1. */
+int {name}_check_world(void)
+{{
+    uint32_t cycles;
+    const float fitness = {name}_episode({name}_world_KEY_0, {name}_world_KEY_1, {name}_world_TRIAL, &cycles);
+    return cycles != {} || bits_of(fitness) != {};
+}}
+",
+            word(cycles),
+            word(fitness)
+        )
+    }
+
     fn run(&self, program: &Program, words: &mut [Vec<u32>]) {
         let strides: Vec<u32> = self.tables.iter().map(|table| table.stride).collect();
         let mut memory = interpret::Memory {
@@ -178,12 +211,13 @@ impl Buffers {
         name: &str,
         of_caller: &[Memory; OF_CALLER.len()],
     ) -> ([String; N], String) {
-        let memory = |table: &Table| match OF_CALLER.iter().position(|own| *own == table.name) {
-            Some(own) => of_caller[own].clone(),
-            None => {
-                let elements = (table.words.len() as u32).checked_div(table.stride).unwrap_or(0);
-                Memory::Constants(format!("{name}_{}", table.name), elements)
-            }
+        let memory = |table: &Table| {
+            let elements = (table.words.len() as u32).checked_div(table.stride).unwrap_or(0);
+            let own = OF_CALLER.iter().position(|own| *own == table.name);
+            own.map_or_else(
+                || Memory::Constants(format!("{name}_{}", table.name), elements),
+                |own| of_caller[own].clone(),
+            )
         };
         let memory: Vec<Memory> = self.tables.iter().map(memory).collect();
         let used: BTreeSet<u32> = programs.iter().flat_map(|program| touched(program)).collect();
@@ -192,29 +226,6 @@ impl Buffers {
         let body = |program: &Program| language::print(program, &c::C, &memory, 1);
         (programs.map(body), tables(&constants, name))
     }
-}
-
-/// The function that simulates a known episode, and compares: `name_episode` is there.
-fn check(controller: &Controller, name: &str) -> String {
-    let key = Key::rollout(1, 0, 0, 0);
-    let [cycles, fitness] = simulated(controller, key).expect("its world was simulated before");
-    let word = |word| c::constant(word, Ty::U32);
-    format!(
-        "
-/* 0 if a known episode has as many cycles and the same fitness here, else 1. */
-int {name}_check_world(void)
-{{
-    uint32_t cycles;
-    const float fitness = {name}_episode({}, {}, {}, &cycles);
-    return cycles != {} || bits_of(fitness) != {};
-}}
-",
-        word(key.words[0]),
-        word(key.words[1]),
-        word(key.trial),
-        word(cycles),
-        word(fitness)
-    )
 }
 
 /// The number of cycles of an episode, and the bits of its fitness.
@@ -227,4 +238,9 @@ fn simulated(controller: &Controller, key: Key) -> Result<[u32; 2], Error> {
     let batch = Worlds::new(&[&controller.world])?.batch(&[rollout], Some(TraceRequest { every: 1 }))?;
     let outcome = Cpu::new(Some(1))?.evaluate(&batch, &Control::new())?;
     Ok([outcome.traces[0].len() as u32, outcome.fitness[0].to_bits()])
+}
+
+/// A word in C.
+fn word(bits: u32) -> String {
+    c::constant(bits, Ty::U32)
 }

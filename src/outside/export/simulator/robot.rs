@@ -6,7 +6,7 @@ use oneiro_shader_compiler::language::Memory;
 use oneiro_shader_compiler::tree::{Program, Ty};
 use oneiro_shaders::episode::Record;
 
-use super::{Also, Buffers, Line, RECORD, check};
+use super::{Also, Buffers, Line, RECORD};
 use crate::outside::export::Controller;
 use crate::outside::export::c::arguments_of_reset;
 use crate::parameter::Invalid;
@@ -104,6 +104,7 @@ enum {{
     {world}_CYCLES = {}
 }};
 
+{}
 /* An episode: the key of its random numbers, its trial, its next cycle, and what is remembered. */
 typedef struct {{
     uint32_t key_0, key_1, trial, cycle;
@@ -125,6 +126,7 @@ void {world}_place({world} *world, const float *pose)
 {place}}}
 ",
             self.buffers.cycles,
+            self.buffers.known(name),
         );
         if self.also.sensors {
             let _ = write!(
@@ -199,7 +201,7 @@ float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *c
 }}
 "
             );
-            text += &check(controller, name);
+            text += &self.buffers.check(controller, name);
         }
         text
     }

@@ -6,7 +6,7 @@ use oneiro_shader_compiler::language::Memory;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shaders::episode::Record;
 
-use super::{Buffers, Line, RECORD, check};
+use super::{Buffers, Line, RECORD};
 use crate::batch::KEY_WORDS;
 use crate::outside::export::Controller;
 use crate::random::Key;
@@ -86,6 +86,7 @@ enum {{
     {world}_ROBOTS = {robots}
 }};
 
+{known}
 /* An episode: the key of its random numbers, its trial, its next cycle, what is remembered, and what all robots read. */
 typedef struct {{
     uint32_t key_0, key_1, trial, cycle;
@@ -155,6 +156,7 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
 }}
 ",
             cycles = self.buffers.cycles,
+            known = self.buffers.known(name),
             words = self.words,
             lines = line as usize * robots,
         );
@@ -187,7 +189,7 @@ float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *c
 }}
 "
             );
-            text += &check(controller, name);
+            text += &self.buffers.check(controller, name);
         }
         text
     }
