@@ -880,9 +880,9 @@ pub(crate) struct Export {
     /// What the names in the file begin with: letters, digits and _ [default: the experiment's name]
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<String>,
-    /// Also print what of its world, with a comma between: sensors (what they read at a pose), task (how a cycle moves the robot, and what
-    /// the task gives); for c, of a swarm both
-    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = OF_WORLD)]
+    /// Also print its world, for c: the sensors (what they read at a pose), the task (how a cycle moves the robot, and what the task gives),
+    /// of a swarm both
+    #[arg(long, value_name = "WHAT,..", value_delimiter = ',', value_parser = OF_WORLD)]
     pub(crate) with: Vec<String>,
     /// Export this genome instead, such as one from `oneiro evaluate --best --out`
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -104,13 +104,16 @@ fn all_that_ships_begins_on_a_gpu_as_on_the_cpu() {
             shown
         } else {
             let sweep = format!("sweep-{number}.toml");
-            // A race's first generation is a third of its budget.
-            let is_race = fs::read_to_string(path).unwrap().contains("[evolution.race]");
-            let set = if is_race {
-                "[set]\nevolution.race.lives = 2_000\n"
-            } else {
-                ""
-            };
+            // Shorter, as a swarm's generation takes minutes; a race's first generation is a third of its budget.
+            let text = fs::read_to_string(path).unwrap();
+            let has = |table: &str| text.lines().any(|line| line.starts_with(table));
+            let mut set = String::from("[set]\n");
+            if !has("[swarm") {
+                set += "cycles = 100\n";
+            }
+            if has("[evolution.race]") {
+                set += "evolution.race.lives = 2_000\n";
+            }
             place.write(&sweep, format!("experiment = {shown:?}\nseeds = \"1..2\"\n{set}"));
             sweep
         };
