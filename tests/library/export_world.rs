@@ -383,5 +383,7 @@ fn worlds_that_are_not_printed_are_refused() {
         sensors: true,
         ..Also::default()
     };
-    assert!(refused(&swarm, sensors).starts_with("world: is a swarm's, of which only both are printed"));
+    assert!(
+        refused(&swarm, sensors).starts_with("world: is a swarm's, of which sensors and task are printed together")
+    );
 }

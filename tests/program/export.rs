@@ -286,6 +286,51 @@ fn all_experiments_that_ship_are_exported() {
     assert!(cycles > 2000 && episodes > 3);
 }
 
+/// The cycles and the world are those of the trial that was asked for, where starts differ from trial to trial.
+#[test]
+fn another_trial_begins_elsewhere() {
+    let place = Place::new("trials");
+    let set = ["--set", "evolution.generations=1", "--set", "evolution.finalists=0"];
+    place.evolved(&shipped("five-starts.toml"), "1", "out", &set);
+    let table = place.good(&[
+        "evaluate",
+        "--genomes",
+        "out",
+        "--seed",
+        "7",
+        "--trials",
+        "4",
+        "--traces",
+        "traces",
+    ]);
+    let mut all = std::collections::BTreeSet::new();
+    for trial in ["0", "1", "3"] {
+        let file = format!("trial_{trial}.c");
+        let options = [
+            "--name",
+            "own",
+            "--seed",
+            "7",
+            "--trial",
+            trial,
+            "--with",
+            "sensors,task",
+        ];
+        place.good(&[&["export", "out", "--to", "c", "--out", &file][..], &options].concat());
+        let row = table
+            .lines()
+            .find(|line| line.starts_with(&format!("0,{trial},")))
+            .unwrap();
+        let bits = row.rsplit(',').next().unwrap();
+        assert!(place.text(&file).contains(&format!("!= 0x{bits}u;")), "{trial}: {bits}");
+        all.insert(bits.to_owned());
+        if let Some(code) = checked_by(&place, &file, "own_check_world") {
+            assert_eq!(code, 0, "{trial}");
+        }
+    }
+    assert_eq!(all.len(), 3);
+}
+
 /// The program on the page compiles and runs.
 #[test]
 fn the_page_is_right() {

@@ -153,10 +153,11 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         ..
     } = *order;
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
-    let world = experiment.world();
+    let key = Keys::of_seed(seed).of(0, trial as usize);
+    // Starts and values may vary from trial to trial.
+    let world = &experiment.world().variants()[experiment.world().variant(key)];
     let mut controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
-    let key = Keys::of_seed(seed).of(0, trial as usize);
     if let Some(also) = also {
         controller = controller.with_world(also, key).map_err(|invalid| refused(&invalid))?;
     }

@@ -76,7 +76,7 @@ impl Simulator {
         }
         let is_swarm = spec.robot.members().is_some();
         if is_swarm && !(also.sensors && also.task) {
-            let problem = "is a swarm's, of which only both are printed; allowed: sensors,task";
+            let problem = "is a swarm's, of which sensors and task are printed together; allowed: both";
             return Err(Invalid::new("world", problem));
         }
         let mut commanded = WorldSpec {

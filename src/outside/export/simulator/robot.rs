@@ -117,7 +117,7 @@ void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t tria
     world->key_0 = key_0;
     world->key_1 = key_1;
     world->trial = trial;
-    world->cycle = 0;
+    world->cycle = 0u;
 {begin}}}
 
 /* Puts the robot to a pose: x, y, and the heading in turns, counter-clockwise from the x axis. */
@@ -171,7 +171,7 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
     after->collided = number_of(line[9]) != 0.0f;
     after->reward = number_of(line[10]);
     after->fitness = number_of(line[11]);
-    world->cycle = world->cycle + 1;
+    world->cycle = world->cycle + 1u;
     after->is_over = over != 0.0f || world->cycle >= {world}_CYCLES;
 }}
 "

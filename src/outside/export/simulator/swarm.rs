@@ -126,7 +126,7 @@ void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t tria
     world->key_0 = key_0;
     world->key_1 = key_1;
     world->trial = trial;
-    world->cycle = 0;
+    world->cycle = 0u;
     {world}_run(world, outputs);
 }}
 
@@ -141,7 +141,7 @@ void {world}_sense(const {world} *world, int robot, float *inputs)
 void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
 {{
     int robot;
-    world->cycle = world->cycle + 1;
+    world->cycle = world->cycle + 1u;
     {world}_run(world, outputs);
     for (robot = 0; robot < {robots}; robot++) {{
         const uint32_t *line = world->lines + {line} * robot;
