@@ -19,7 +19,13 @@ fn main() {
     let episode = Episode(0u, vec2<u32>(inputs[0], inputs[1]), KEY_WORDS, inputs[2]);
     let step = inputs[KEY_WORDS + SIMULATED_CYCLE];
     if (dispatch.step_begin == SIMULATED_BEGIN) {
-        state[0] = first_state(episode);
+        let first = first_state(episode);
+        state[0] = first;
+        trace[0].record = Record(
+            stored(first.x), stored(first.y), stored(first.heading), 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f,
+            stored(score(episode, first)),
+        );
+        fitness[0] = select(0.0f, 1.0f, is_over(episode, first));
     } else if (dispatch.step_begin == SIMULATED_PLACE) {
         var placed = state[0];
         placed.x = simulated_input(SIMULATED_POSE);

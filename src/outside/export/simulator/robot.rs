@@ -97,6 +97,12 @@ impl Alone {
         let programs = [&self.begin, &self.place, &self.sense, &self.drive];
         let ([begin, place, sense, drive], constants) = self.buffers.printed(programs, &world, &of_caller);
         let [state, line] = ["state", "trace"].map(|buffer| self.buffers.stride(buffer));
+        // Where the robot is now, and what the task has given.
+        let now = "    world->pose[0] = number_of(line[0]);
+    world->pose[1] = number_of(line[1]);
+    world->pose[2] = number_of(line[2]);
+    world->fitness = number_of(line[11]);
+";
         let mut text = format!(
             "
 /* The world that the controller was evolved in, with the simulator's bits. Lengths are in mm. */
@@ -105,24 +111,33 @@ enum {{
 }};
 
 {}
-/* An episode: the key of its random numbers, its trial, its next cycle, and what is remembered. */
+/* An episode: the key of its random numbers, its trial, its next cycle, where the robot is, what the task gives so far, whether it is over,
+   and what is remembered. */
 typedef struct {{
     uint32_t key_0, key_1, trial, cycle;
+    float pose[3], fitness;
+    bool is_over;
     uint32_t words[{state}];
 }} {world};
 
 {constants}/* Begins an episode: the robot is at its start. */
 void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)
 {{
+    uint32_t line[{line}];
+    float over;
     world->key_0 = key_0;
     world->key_1 = key_1;
     world->trial = trial;
     world->cycle = 0u;
-{begin}}}
+{begin}{now}    world->is_over = over != 0.0f;
+}}
 
 /* Puts the robot to a pose: x, y, and the heading in turns, counter-clockwise from the x axis. */
 void {world}_place({world} *world, const float *pose)
 {{
+    world->pose[0] = pose[0];
+    world->pose[1] = pose[1];
+    world->pose[2] = pose[2];
 {place}}}
 ",
             self.buffers.cycles,
@@ -163,16 +178,17 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
 {{
     uint32_t line[{line}];
     float over;
-{drive}    after->pose[0] = number_of(line[0]);
-    after->pose[1] = number_of(line[1]);
-    after->pose[2] = number_of(line[2]);
+{drive}{now}    after->pose[0] = world->pose[0];
+    after->pose[1] = world->pose[1];
+    after->pose[2] = world->pose[2];
     after->speeds[0] = number_of(line[7]);
     after->speeds[1] = number_of(line[8]);
     after->collided = number_of(line[9]) != 0.0f;
     after->reward = number_of(line[10]);
-    after->fitness = number_of(line[11]);
+    after->fitness = world->fitness;
     world->cycle = world->cycle + 1u;
-    after->is_over = over != 0.0f || world->cycle >= {world}_CYCLES;
+    world->is_over = over != 0.0f || world->cycle >= {world}_CYCLES;
+    after->is_over = world->is_over;
 }}
 "
             );
@@ -191,13 +207,13 @@ float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *c
     float inputs[{name}_INPUTS + 1], outputs[2];
     {world}_begin(&world, key_0, key_1, trial);
     {name}_reset(&state{seeds});
-    do {{
+    while (!world.is_over) {{
         {world}_sense(&world, inputs);
         {name}_step(&state, inputs, outputs);
         {world}_drive(&world, outputs, &after);
-    }} while (!after.is_over);
+    }}
     *cycles = world.cycle;
-    return after.fitness;
+    return world.fitness;
 }}
 "
             );

@@ -87,12 +87,14 @@ enum {{
 }};
 
 {known}
-/* An episode: the key of its random numbers, its trial, its next cycle, what is remembered, and what all robots read. */
+/* An episode: the key of its random numbers, its trial, its next cycle, where the robots are, what the task gives so far, whether it is over,
+   what is remembered, and what all robots read. */
 typedef struct {{
     uint32_t key_0, key_1, trial, cycle;
+    float poses[{world}_ROBOTS][3], fitness;
+    bool is_over;
     uint32_t words[{words}];
     uint32_t lines[{lines}];
-    float fitness;
 }} {world};
 
 /* What came of a cycle for a robot: where it is, whether it touches something, and what the task gives it for the cycle; what the task gives
@@ -117,6 +119,12 @@ typedef struct {{
         inputs[{KEY_WORDS} + {EACH} * robot + 2] = world->cycle;
     }}
 {cycle}    world->fitness = number_of(fitness[0]);
+    world->is_over = number_of(world->lines[8]) != 0.0f || world->cycle >= {world}_CYCLES;
+    for (robot = 0; robot < {robots}; robot++) {{
+        world->poses[robot][0] = number_of(world->lines[{line} * robot]);
+        world->poses[robot][1] = number_of(world->lines[{line} * robot + 1]);
+        world->poses[robot][2] = number_of(world->lines[{line} * robot + 2]);
+    }}
 }}
 
 /* Begins an episode: the robots are at their starts. */
@@ -145,13 +153,13 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
     {world}_run(world, outputs);
     for (robot = 0; robot < {robots}; robot++) {{
         const uint32_t *line = world->lines + {line} * robot;
-        after[robot].pose[0] = number_of(line[0]);
-        after[robot].pose[1] = number_of(line[1]);
-        after[robot].pose[2] = number_of(line[2]);
+        after[robot].pose[0] = world->poses[robot][0];
+        after[robot].pose[1] = world->poses[robot][1];
+        after[robot].pose[2] = world->poses[robot][2];
         after[robot].collided = number_of(line[9]) != 0.0f;
         after[robot].reward = number_of(line[10]);
         after[robot].fitness = world->fitness;
-        after[robot].is_over = number_of(line[8]) != 0.0f || world->cycle >= {world}_CYCLES;
+        after[robot].is_over = world->is_over;
     }}
 }}
 ",
@@ -177,13 +185,13 @@ float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *c
     for (robot = 0; robot < {robots}; robot++) {{
         {name}_reset(&states[robot]{seeds});
     }}
-    do {{
+    while (!world.is_over) {{
         for (robot = 0; robot < {robots}; robot++) {{
             {world}_sense(&world, robot, inputs);
             {name}_step(&states[robot], inputs, outputs + 2 * robot);
         }}
         {world}_drive(&world, outputs, after);
-    }} while (!after[0].is_over);
+    }}
     *cycles = world.cycle;
     return world.fitness;
 }}
