@@ -179,19 +179,19 @@ impl Buffers {
 
     /// The function that simulates it, and compares: `name_episode` is there.
     fn check(&self, controller: &Controller, name: &str) -> String {
-        let [cycles, fitness] = simulated(controller, self.key).expect("its world was simulated before");
+        let [cycles, fitness, poses] = simulated(controller, self.key)
+            .expect("its world was simulated before")
+            .map(word);
         format!(
             "
-/* 0 if the known episode has as many cycles and the same fitness here, else 1. */
+/* 0 if the known episode has as many cycles, the same fitness and the same poses here, else 1. */
 int {name}_check_world(void)
 {{
-    uint32_t cycles;
-    const float fitness = {name}_episode({name}_world_KEY_0, {name}_world_KEY_1, {name}_world_TRIAL, &cycles);
-    return cycles != {} || bits_of(fitness) != {};
+    {name}_world world;
+    {name}_live(&world, {name}_world_KEY_0, {name}_world_KEY_1, {name}_world_TRIAL);
+    return world.cycle != {cycles} || bits_of(world.fitness) != {fitness} || world.hash != {poses};
 }}
-",
-            word(cycles),
-            word(fitness)
+"
         )
     }
 
@@ -228,17 +228,36 @@ int {name}_check_world(void)
     }
 }
 
-/// The number of cycles of an episode, and the bits of its fitness.
-fn simulated(controller: &Controller, key: Key) -> Result<[u32; 2], Error> {
+/// The number of cycles of an episode, the bits of its fitness, and the hash of the robots' poses before all cycles (FNV-1a, by words).
+fn simulated(controller: &Controller, key: Key) -> Result<[u32; 3], Error> {
+    let is_swarm = controller.world.spec().robot.members().is_some();
+    let world = if is_swarm {
+        controller.world.observed()?
+    } else {
+        controller.world.clone()
+    };
     let rollout = Rollout {
         world: 0,
         genes: &controller.genome,
         key,
     };
-    let batch = Worlds::new(&[&controller.world])?.batch(&[rollout], Some(TraceRequest { every: 1 }))?;
+    let batch = Worlds::new(&[&world])?.batch(&[rollout], Some(TraceRequest { every: 1 }))?;
     let outcome = Cpu::new(Some(1))?.evaluate(&batch, &Control::new())?;
-    Ok([outcome.traces[0].len() as u32, outcome.fitness[0].to_bits()])
+    let trace = &outcome.traces[0];
+    let traces = if is_swarm {
+        trace.by_robot(world.robots())
+    } else {
+        vec![trace.clone()]
+    };
+    let poses = (0..trace.len()).flat_map(|cycle| traces.iter().map(move |trace| trace[cycle]));
+    let words = poses.flat_map(|record| [record.x, record.y, record.heading]);
+    let hash = words.fold(FNV, |hash, number| (hash ^ number.to_bits()).wrapping_mul(FNV_PRIME));
+    Ok([trace.len() as u32, outcome.fitness[0].to_bits(), hash])
 }
+
+/// Of the FNV-1a hash.
+const FNV: u32 = 0x811c_9dc5;
+const FNV_PRIME: u32 = 0x0100_0193;
 
 /// A word in C.
 fn word(bits: u32) -> String {

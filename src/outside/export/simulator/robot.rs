@@ -6,7 +6,7 @@ use oneiro_shader_compiler::language::Memory;
 use oneiro_shader_compiler::tree::{Program, Ty};
 use oneiro_shaders::episode::Record;
 
-use super::{Also, Buffers, Line, RECORD};
+use super::{Also, Buffers, FNV, FNV_PRIME, Line, RECORD};
 use crate::outside::export::Controller;
 use crate::outside::export::c::arguments_of_reset;
 use crate::parameter::Invalid;
@@ -112,12 +112,12 @@ enum {{
 
 {}
 /* An episode: the key of its random numbers, its trial, its next cycle, where the robot is, what the task gives so far, whether it is over,
-   and what is remembered. */
+   a hash of its poses, and what is remembered. */
 typedef struct {{
     uint32_t key_0, key_1, trial, cycle;
     float pose[3], fitness;
     bool is_over;
-    uint32_t words[{state}];
+    uint32_t hash, words[{state}];
 }} {world};
 
 {constants}/* Begins an episode: the robot is at its start. */
@@ -129,6 +129,7 @@ void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t tria
     world->key_1 = key_1;
     world->trial = trial;
     world->cycle = 0u;
+    world->hash = {FNV}u;
 {begin}{now}    world->is_over = over != 0.0f;
 }}
 
@@ -178,6 +179,10 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
 {{
     uint32_t line[{line}];
     float over;
+    int i;
+    for (i = 0; i < 3; i++) {{
+        world->hash = (world->hash ^ bits_of(world->pose[i])) * {FNV_PRIME}u;
+    }}
 {drive}{now}    after->pose[0] = world->pose[0];
     after->pose[1] = world->pose[1];
     after->pose[2] = world->pose[2];
@@ -198,20 +203,25 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
             let _ = write!(
                 text,
                 "
+static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)
+{{
+    {world}_cycle after;
+    {name}_state state;
+    float inputs[{name}_INPUTS + 1], outputs[2];
+    {world}_begin(world, key_0, key_1, trial);
+    {name}_reset(&state{seeds});
+    while (!world->is_over) {{
+        {world}_sense(world, inputs);
+        {name}_step(&state, inputs, outputs);
+        {world}_drive(world, outputs, &after);
+    }}
+}}
+
 /* A whole episode: what the task gives, and in `cycles` how many it had. */
 float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *cycles)
 {{
     {world} world;
-    {world}_cycle after;
-    {name}_state state;
-    float inputs[{name}_INPUTS + 1], outputs[2];
-    {world}_begin(&world, key_0, key_1, trial);
-    {name}_reset(&state{seeds});
-    while (!world.is_over) {{
-        {world}_sense(&world, inputs);
-        {name}_step(&state, inputs, outputs);
-        {world}_drive(&world, outputs, &after);
-    }}
+    {name}_live(&world, key_0, key_1, trial);
     *cycles = world.cycle;
     return world.fitness;
 }}

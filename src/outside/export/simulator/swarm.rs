@@ -6,7 +6,7 @@ use oneiro_shader_compiler::language::Memory;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shaders::episode::Record;
 
-use super::{Buffers, Line, RECORD};
+use super::{Buffers, FNV, FNV_PRIME, Line, RECORD};
 use crate::batch::KEY_WORDS;
 use crate::outside::export::Controller;
 use crate::random::Key;
@@ -88,12 +88,12 @@ enum {{
 
 {known}
 /* An episode: the key of its random numbers, its trial, its next cycle, where the robots are, what the task gives so far, whether it is over,
-   what is remembered, and what all robots read. */
+   a hash of their poses, what is remembered, and what all robots read. */
 typedef struct {{
     uint32_t key_0, key_1, trial, cycle;
     float poses[{world}_ROBOTS][3], fitness;
     bool is_over;
-    uint32_t words[{words}];
+    uint32_t hash, words[{words}];
     uint32_t lines[{lines}];
 }} {world};
 
@@ -135,6 +135,7 @@ void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t tria
     world->key_1 = key_1;
     world->trial = trial;
     world->cycle = 0u;
+    world->hash = {FNV}u;
     {world}_run(world, outputs);
 }}
 
@@ -148,7 +149,12 @@ void {world}_sense(const {world} *world, int robot, float *inputs)
 /* A cycle in which all wheels are commanded, by two outputs of each robot's controller. */
 void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
 {{
-    int robot;
+    int robot, i;
+    for (robot = 0; robot < {robots}; robot++) {{
+        for (i = 0; i < 3; i++) {{
+            world->hash = (world->hash ^ bits_of(world->poses[robot][i])) * {FNV_PRIME}u;
+        }}
+    }}
     world->cycle = world->cycle + 1u;
     {world}_run(world, outputs);
     for (robot = 0; robot < {robots}; robot++) {{
@@ -173,25 +179,30 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
             let _ = write!(
                 text,
                 "
-/* A whole episode of robots that all have this controller: what the task gives, and in `cycles` how many it had. */
-float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *cycles)
+static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)
 {{
-    {world} world;
     {world}_cycle after[{world}_ROBOTS];
     {name}_state states[{world}_ROBOTS];
     float inputs[{name}_INPUTS + 1], outputs[2 * {world}_ROBOTS];
     int robot;
-    {world}_begin(&world, key_0, key_1, trial);
+    {world}_begin(world, key_0, key_1, trial);
     for (robot = 0; robot < {robots}; robot++) {{
         {name}_reset(&states[robot]{seeds});
     }}
-    while (!world.is_over) {{
+    while (!world->is_over) {{
         for (robot = 0; robot < {robots}; robot++) {{
-            {world}_sense(&world, robot, inputs);
+            {world}_sense(world, robot, inputs);
             {name}_step(&states[robot], inputs, outputs + 2 * robot);
         }}
-        {world}_drive(&world, outputs, after);
+        {world}_drive(world, outputs, after);
     }}
+}}
+
+/* A whole episode of robots that all have this controller: what the task gives, and in `cycles` how many it had. */
+float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *cycles)
+{{
+    {world} world;
+    {name}_live(&world, key_0, key_1, trial);
     *cycles = world.cycle;
     return world.fitness;
 }}
