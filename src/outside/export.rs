@@ -204,7 +204,7 @@ pub struct Controller {
     wheels: Program,
     /// The same of the wheels.
     tables_of_wheels: Vec<Table>,
-    /// Its world, if that is printed too.
+    /// Its world, if that is also printed.
     simulator: Option<Simulator>,
 }
 

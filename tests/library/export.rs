@@ -415,7 +415,7 @@ impl Driven {
 
 /// All kinds, in hundreds of cycles of each. `tests/micropython.sh` installs it.
 #[test]
-#[ignore = "needs MicroPython: tests/micropython.sh"]
+#[ignore = "needs MicroPython from npm, which tests/long.sh installs"]
 fn python_has_the_simulators_bits_in_micropython() {
     let driven = Driven {
         target: "python",

@@ -74,12 +74,12 @@ fn with_world(world: &World, also: Also) -> Controller {
         .unwrap()
 }
 
-/// What a program prints that has a file and this main function.
+/// The lines that a program of a file and this main function prints.
 fn printed(name: &str, text: &str, main: &str) -> Option<Vec<String>> {
     if !is_there("gcc") {
         return None;
     }
-    // Tests run beside each other.
+    // Tests run at the same time.
     let folder = Folder::new(&format!("world-{name}-{:?}", thread::current().id()));
     fs::write(folder.0.join("own.c"), text).unwrap();
     fs::write(
@@ -112,7 +112,7 @@ fn words(numbers: &[f32]) -> String {
     numbers.join(" ")
 }
 
-/// What prints an episode of `own_episode`, and what the simulator says of it.
+/// Statements that print an episode of `own_episode`, and the lines that the simulator gives for it.
 fn episode(world: &World, genome: &[f32], key: Key) -> (String, String) {
     let main = format!(
         "    uint32_t cycles;
@@ -234,7 +234,7 @@ fn sensors_and_task_by_themselves_are_those_of_a_trace() {
             "{name}"
         );
         if name == "walking" {
-            // What its noise displaces is remembered, and walks with each cycle that is driven.
+            // The displacement by its noise is remembered, and walks with each cycle that is driven.
             continue;
         }
         let inputs = cycles[0].readings.len();

@@ -286,7 +286,7 @@ fn all_experiments_that_ship_are_exported() {
     assert!(cycles > 2000 && episodes > 3);
 }
 
-/// The cycles and the world are those of the trial that was asked for, where starts differ from trial to trial.
+/// The cycles and the world are those of `--trial`, where starts differ from trial to trial.
 #[test]
 fn another_trial_begins_elsewhere() {
     let place = Place::new("trials");

@@ -25,7 +25,7 @@ pub struct Order<'a> {
     /// The robot of a swarm.
     pub number: u32,
     pub target: &'static Target,
-    /// What of its world is printed with it.
+    /// The part of its world that is printed with it.
     pub also: Option<Also>,
     /// What the names in the file begin with.
     pub name: String,
@@ -60,7 +60,7 @@ pub fn targets() -> String {
     all.join("; ")
 }
 
-/// What of its world is printed with a controller, by what was given as `label`.
+/// The part of its world that is printed with a controller, by words that were given as `label`.
 pub fn also(label: &str, words: &[String], target: &Target) -> Result<Option<Also>> {
     if let Some(other) = words.iter().find(|word| !OF_WORLD.contains(&word.as_str())) {
         let problem = format_args!("{label}: has {other:?}; allowed: {}", OF_WORLD.join(", "));

@@ -16,7 +16,7 @@ use super::{Error, Result, Task, device};
 #[derive(Debug)]
 pub struct Stepped {
     own: oneiro::stepped::Stepped,
-    /// Numbers of all lives.
+    /// Numbers of all episodes.
     all: Vec<usize>,
     backend: String,
     length: u32,
@@ -111,7 +111,7 @@ impl Stepped {
                 own.step_and_begin(evaluator, &task.control, who, commands, &begin)
             })
         };
-        // Another thread takes longer to wake up than a few lives to pack.
+        // Another thread takes longer to wake up than a few episodes to pack.
         let stepped = if are_many { device::threaded(step) } else { step() };
         stepped?.map_err(Error::from)
     }

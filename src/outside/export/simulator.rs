@@ -1,4 +1,4 @@
-//! The world beside a controller, for those who check its simulator: what the sensors read, how robots move, and what the task gives, in C
+//! The world of a controller, for those who check its simulator: what the sensors read, how robots move, and what the task gives, in C
 //! with the simulator's bits.
 
 mod robot;
@@ -26,7 +26,7 @@ use crate::random::Key;
 use crate::world::differential::Genomes;
 use crate::world::{Build, Controller as Kind, World, WorldSpec};
 
-/// What of its world is printed with a controller.
+/// The part of its world that is printed with a controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Also {
     /// What the sensors read at a place.
@@ -177,13 +177,22 @@ impl Buffers {
         )
     }
 
-    /// The function that simulates it, and compares: `name_episode` is there.
-    fn check(&self, controller: &Controller, name: &str) -> String {
+    /// The functions that simulate a whole episode and the known one, by `name_live`.
+    fn episodes(&self, controller: &Controller, name: &str) -> String {
         let [cycles, fitness, poses] = simulated(controller, self.key)
             .expect("its world was simulated before")
             .map(word);
         format!(
             "
+/* A whole episode: what the task gives, and in `cycles` how many it had. */
+float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *cycles)
+{{
+    {name}_world world;
+    {name}_live(&world, key_0, key_1, trial);
+    *cycles = world.cycle;
+    return world.fitness;
+}}
+
 /* 0 if the known episode has as many cycles, the same fitness and the same poses here, else 1. */
 int {name}_check_world(void)
 {{

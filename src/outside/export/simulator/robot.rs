@@ -216,18 +216,9 @@ static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t
         {world}_drive(world, outputs, &after);
     }}
 }}
-
-/* A whole episode: what the task gives, and in `cycles` how many it had. */
-float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *cycles)
-{{
-    {world} world;
-    {name}_live(&world, key_0, key_1, trial);
-    *cycles = world.cycle;
-    return world.fitness;
-}}
 "
             );
-            text += &self.buffers.check(controller, name);
+            text += &self.buffers.episodes(controller, name);
         }
         text
     }
