@@ -87,9 +87,7 @@ fn printed(name: &str, text: &str, main: &str) -> Option<Vec<String>> {
         format!("#include <stdio.h>\n#include \"own.c\"\nint main(void)\n{{\n{main}    return 0;\n}}\n"),
     )
     .unwrap();
-    // Functions of the file are used from elsewhere, and have no declarations here.
-    let quiet = QUIET.into_iter().filter(|flag| *flag != "-Wmissing-declarations");
-    let options: Vec<_> = quiet.chain(["-O2", "-std=c99", "-o", "world"]).collect();
+    let options: Vec<_> = QUIET.into_iter().chain(["-O2", "-std=c99", "-o", "world"]).collect();
     let compiled = compile(&folder.0, "gcc", &options, &["main.c".to_owned()]);
     let messages = String::from_utf8_lossy(&compiled.stderr);
     assert!(compiled.status.success(), "{name}: {messages}");

@@ -212,7 +212,7 @@ fn what_cannot_be_exported_is_refused() {
     refused(
         3,
         &["out", "--to", "c", "--number", "1"],
-        &["robot: is 1; allowed: 0 to 0"],
+        &["--number: is 1; allowed: 0 to 0"],
     );
     refused(2, &["out", "--to", "c", "--checks", "0"], &["from 1 to 1000"]);
     refused(

@@ -282,6 +282,21 @@ fn a_life_that_ends_early_is_played_to_its_end() {
     let (out, replayed) = mission(0);
     replayed.says(&["warning: there is no page that plays the episode: it ends before its first cycle"]);
     assert!(!place.at(format!("{out}/replay.html")).exists());
+    // Its trace has no lines.
+    place.good(&[
+        "evaluate",
+        "--genomes",
+        &out,
+        "--trials",
+        "2",
+        "--seed",
+        "1",
+        "--traces",
+        "traces",
+    ]);
+    let trace = place.text("traces/trace-0-1.csv");
+    assert!(trace.starts_with("cycle,x_mm,"), "{trace}");
+    assert_eq!(trace.lines().count(), 1, "{trace}");
     place.run(&["replay", &out, "--generations", "0"]).exits(3).says(&[
         "--generations: there is no page of generation 0's best: it ends before its first cycle; allowed: other generations",
     ]);

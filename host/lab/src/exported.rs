@@ -25,8 +25,8 @@ pub struct Order<'a> {
     /// The robot of a swarm.
     pub number: u32,
     pub target: &'static Target,
-    /// The part of its world that is printed with it.
-    pub also: Option<Also>,
+    /// The part of its world that is printed with it, and by which option or argument.
+    pub also: Option<(Also, &'static str)>,
     /// What the names in the file begin with.
     pub name: String,
     pub out: PathBuf,
@@ -61,7 +61,7 @@ pub fn targets() -> String {
 }
 
 /// The part of its world that is printed with a controller, by words that were given as `label`.
-pub fn also(label: &str, words: &[String], target: &Target) -> Result<Option<Also>> {
+pub fn also(label: &'static str, words: &[String], target: &Target) -> Result<Option<(Also, &'static str)>> {
     if let Some(other) = words.iter().find(|word| !OF_WORLD.contains(&word.as_str())) {
         let problem = format_args!("{label}: has {other:?}; allowed: {}", OF_WORLD.join(", "));
         return Err(Failure::input(problem));
@@ -79,10 +79,11 @@ pub fn also(label: &str, words: &[String], target: &Target) -> Result<Option<Als
         return Err(Failure::input(problem));
     }
     let has = |word: &str| words.iter().any(|own| own == word);
-    Ok(Some(Also {
+    let also = Also {
         sensors: has("sensors"),
         task: has("task"),
-    }))
+    };
+    Ok(Some((also, label)))
 }
 
 /// Whether names in a target's file can begin with a name.
@@ -156,10 +157,15 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     let key = Keys::of_seed(seed).of(0, trial as usize);
     // Starts and values may vary from trial to trial.
     let world = &experiment.world().variants()[experiment.world().variant(key)];
+    if number >= world.robots() {
+        let problem = format_args!("--number: is {number}; allowed: 0 to {}", world.robots() - 1);
+        return Err(Failure::input(problem));
+    }
     let mut controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
-    if let Some(also) = also {
-        controller = controller.with_world(also, key).map_err(|invalid| refused(&invalid))?;
+    if let Some((also, label)) = also {
+        let refused = |invalid| Failure::input(format_args!("{label}: {from}: {invalid}"));
+        controller = controller.with_world(also, key).map_err(refused)?;
     }
     let cycles = controller.record(&mut cpu, key).map_err(|error| refused(&error))?;
     if cycles.is_empty() {
@@ -169,10 +175,10 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     }
     let identity = experiment.identities().of(seed).to_hex();
     let bytes: Vec<u8> = genome.iter().flat_map(|gene| gene.to_le_bytes()).collect();
-    let robot = if world.robots() > 1 {
-        format!(", robot {number}")
-    } else {
-        String::new()
+    let robot = match number {
+        0 if world.robots() == 1 => String::new(),
+        0 => ", robot 0".to_owned(),
+        other => format!(", of robot {other} (the traces have robot 0)"),
     };
     let origin = [
         format!(

@@ -473,6 +473,9 @@ impl Printer<'_> {
 
     /// The index of a word in a table, which is too small for sums and products to wrap.
     fn index(&self, element: Value, stride: u32, offset: u32, last: u32) -> String {
+        if let Op::Constant(element) = self.program.op(element) {
+            return (element.min(last) * stride + offset).to_string();
+        }
         let index = self.clamped(element, last);
         let [stride_text, offset_text] = [stride, offset].map(|number| self.language.constant(number, Ty::U32));
         match (stride, offset) {

@@ -31,6 +31,13 @@ pub fn onnx(controller: &Controller, name: &str, origin: &[String], _cycles: &[R
     let mut about = head(controller, name, origin);
     let note = "runtimes round otherwise than the simulator, so its outputs have other bits";
     about.extend([String::new(), note.to_owned()]);
+    let drawn = plan.layers.iter().zip(0..);
+    about.extend(drawn.filter_map(|(layer, index)| {
+        let [least, greatest] = layer.initial_strengths?;
+        Some(format!(
+            "layer_{index}_strength begins with random numbers from {least} to {greatest}, all other memory with 0"
+        ))
+    }));
     Ok(Fitted {
         bytes: graph.model(name, &about.join("\n")),
         note: Some(note.to_owned()),

@@ -6,7 +6,7 @@ use super::Controller;
 use crate::batch::LEAST_GENE;
 use crate::genes::PREVIOUS;
 use crate::parameter::{Choice, Invalid};
-use crate::parts::network::{Activation, Layer, LayerKind, Network, Outputs};
+use crate::parts::network::{Activation, INITIAL_STRENGTHS, Layer, LayerKind, Network, Outputs};
 use crate::world::Controller as Kind;
 
 /// A network.
@@ -29,6 +29,8 @@ pub(super) struct Planned {
     pub(super) rates: Vec<f32>,
     /// Of a unit that learns: for each that it weighs the rule's gene and the learning rate.
     pub(super) learning: [Vec<Vec<f32>>; 2],
+    /// Between which numbers the strengths of such a unit's synapses are drawn when an episode begins.
+    pub(super) initial_strengths: Option<[f32; 2]>,
 }
 
 /// Weights of the sums of a layer's units.
@@ -139,6 +141,8 @@ impl Genes<'_> {
             } else {
                 Default::default()
             },
+            initial_strengths: (layer.kind == LayerKind::Plastic)
+                .then(|| layer.initial_strengths.unwrap_or(INITIAL_STRENGTHS)),
         }
     }
 
@@ -153,6 +157,7 @@ impl Genes<'_> {
             slope: network.slope,
             rates: Vec::new(),
             learning: Default::default(),
+            initial_strengths: None,
         }
     }
 

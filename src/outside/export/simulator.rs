@@ -5,6 +5,7 @@ mod robot;
 mod swarm;
 
 use std::collections::BTreeSet;
+use std::fmt::Write;
 
 use oneiro_shader_compiler::c;
 use oneiro_shader_compiler::interpret;
@@ -144,6 +145,41 @@ impl Simulator {
     }
 }
 
+/// A world's part of a file: what is said of it, its types, declarations and constants, and its functions.
+#[derive(Debug, Default)]
+struct File {
+    types: String,
+    declarations: String,
+    constants: String,
+    functions: String,
+}
+
+impl File {
+    /// Adds a function for whoever includes the file.
+    fn function(&mut self, about: &str, head: &str, body: &str) {
+        // Writing to a string can't fail.
+        let _ = write!(self.declarations, "\n/* {about} */\n{head};\n");
+        self.own_function(head, body);
+    }
+
+    /// Adds a function that only others here call.
+    fn own_function(&mut self, head: &str, body: &str) {
+        let _ = write!(self.functions, "\n{head}\n{{\n{body}}}\n");
+    }
+
+    fn text(self) -> String {
+        let Self {
+            types,
+            declarations,
+            constants,
+            functions,
+        } = self;
+        let constants = constants.trim_end();
+        let between = if constants.is_empty() { "" } else { "\n" };
+        format!("{types}{declarations}{between}{constants}{between}{functions}")
+    }
+}
+
 impl Buffers {
     fn place_of(&self, buffer: &str) -> usize {
         let place = self.tables.iter().position(|table| table.name == buffer);
@@ -178,30 +214,31 @@ impl Buffers {
     }
 
     /// The functions that simulate a whole episode and the known one, by `name_live`.
-    fn episodes(&self, controller: &Controller, name: &str) -> String {
+    fn episodes(&self, file: &mut File, controller: &Controller, name: &str) {
         let [cycles, fitness, poses] = simulated(controller, self.key)
             .expect("its world was simulated before")
             .map(word);
-        format!(
-            "
-/* A whole episode: what the task gives, and in `cycles` how many it had. */
-float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *cycles)
-{{
-    {name}_world world;
+        file.function(
+            "A whole episode: what the task gives, and in `cycles` how many it had.",
+            &format!("float {name}_episode(uint32_t key_0, uint32_t key_1, uint32_t trial, uint32_t *cycles)"),
+            &format!(
+                "    {name}_world world;
     {name}_live(&world, key_0, key_1, trial);
     *cycles = world.cycle;
     return world.fitness;
-}}
-
-/* 0 if the known episode has as many cycles, the same fitness and the same poses here, else 1. */
-int {name}_check_world(void)
-{{
-    {name}_world world;
+"
+            ),
+        );
+        file.function(
+            "0 if the known episode has as many cycles, the same fitness and the same poses here, else 1.",
+            &format!("int {name}_check_world(void)"),
+            &format!(
+                "    {name}_world world;
     {name}_live(&world, {name}_world_KEY_0, {name}_world_KEY_1, {name}_world_TRIAL);
     return world.cycle != {cycles} || bits_of(world.fitness) != {fitness} || world.hash != {poses};
-}}
 "
-        )
+            ),
+        );
     }
 
     fn run(&self, program: &Program, words: &mut [Vec<u32>]) {

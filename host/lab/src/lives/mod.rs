@@ -83,15 +83,15 @@ impl Keys<'_> {
     }
 }
 
-/// Takes the next lines of an episode's trace, given the cycle of the first. A line has the words of a record and its details, as
-/// [`oneiro::batch::parts_of`] takes it apart.
+/// Takes the next lines of an episode's trace, given the cycle of the first; of each episode first those from cycle 0 on, of which there
+/// are none if the task ends it at once. A line has the words of a record and its details, as [`oneiro::batch::parts_of`] takes it apart.
 pub type Lines<'a> = &'a (dyn Fn(LifeIndex, u32, &[u32]) -> Result + Sync);
 
 /// An episode while it is simulated.
 struct Life {
     meter: Meter,
-    /// Lines so far.
-    lines: u32,
+    /// Lines so far, once it has begun.
+    lines: Option<u32>,
 }
 
 /// Identifies one of the episodes.
@@ -158,7 +158,7 @@ impl Lives<'_> {
                 let LifeIndex { genome, number } = self.at(index);
                 Mutex::new(Life {
                     meter: Meter::new(frames.of(self.keys.of(genome, number))),
-                    lines: 0,
+                    lines: None,
                 })
             };
             let lives: Vec<Mutex<Life>> = chunk.lives.clone().map(life).collect();
@@ -167,8 +167,9 @@ impl Lives<'_> {
             let observe = |index: usize, words: &[u32]| {
                 let life = &mut *lives[index].lock().unwrap_or_else(PoisonError::into_inner);
                 let lines = words.chunks_exact(width);
-                let first = life.lines;
-                life.lines += lines.len() as u32;
+                let begins = life.lines.is_none();
+                let first = life.lines.unwrap_or(0);
+                life.lines = Some(first + lines.len() as u32);
                 if !measures.is_empty() {
                     for line in lines {
                         let (record, details) = parts_of(line);
@@ -177,6 +178,7 @@ impl Lives<'_> {
                 }
                 if let Some(trace) = trace
                     && first < cycles
+                    && (begins || !words.is_empty())
                 {
                     let own = &words[..words.len().min((cycles - first) as usize * width)];
                     if let Err(failure) = trace(self.at(chunk.lives.start + index), first, own) {

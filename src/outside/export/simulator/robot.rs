@@ -6,7 +6,7 @@ use oneiro_shader_compiler::language::Memory;
 use oneiro_shader_compiler::tree::{Program, Ty};
 use oneiro_shaders::episode::Record;
 
-use super::{Also, Buffers, FNV, FNV_PRIME, Line, RECORD};
+use super::{Also, Buffers, FNV, FNV_PRIME, File, Line, RECORD};
 use crate::outside::export::Controller;
 use crate::outside::export::c::arguments_of_reset;
 use crate::parameter::Invalid;
@@ -103,8 +103,9 @@ impl Alone {
     world->pose[2] = number_of(line[2]);
     world->fitness = number_of(line[11]);
 ";
-        let mut text = format!(
-            "
+        let mut file = File {
+            types: format!(
+                "
 /* The world that the controller was evolved in, with the simulator's bits. Lengths are in mm. */
 enum {{
     {world}_CYCLES = {}
@@ -114,16 +115,28 @@ enum {{
 /* An episode: the key of its random numbers, its trial, its next cycle, where the robot is, what the task gives so far, whether it is over,
    a hash of its poses, and what is remembered. */
 typedef struct {{
-    uint32_t key_0, key_1, trial, cycle;
-    float pose[3], fitness;
+    uint32_t key_0;
+    uint32_t key_1;
+    uint32_t trial;
+    uint32_t cycle;
+    float pose[3];
+    float fitness;
     bool is_over;
-    uint32_t hash, words[{state}];
+    uint32_t hash;
+    uint32_t words[{state}];
 }} {world};
-
-{constants}/* Begins an episode: the robot is at its start. */
-void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)
-{{
-    uint32_t line[{line}];
+",
+                self.buffers.cycles,
+                self.buffers.known(name),
+            ),
+            constants,
+            ..File::default()
+        };
+        file.function(
+            "Begins an episode: the robot is at its start.",
+            &format!("void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)"),
+            &format!(
+                "    uint32_t line[{line}];
     float over;
     world->key_0 = key_0;
     world->key_1 = key_1;
@@ -131,53 +144,56 @@ void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t tria
     world->cycle = 0u;
     world->hash = {FNV}u;
 {begin}{now}    world->is_over = over != 0.0f;
-}}
-
-/* Puts the robot to a pose: x, y, and the heading in turns, counter-clockwise from the x axis. */
-void {world}_place({world} *world, const float *pose)
-{{
-    world->pose[0] = pose[0];
+"
+            ),
+        );
+        file.function(
+            "Puts the robot to a pose: x, y, and the heading in turns, counter-clockwise from the x axis.",
+            &format!("void {world}_place({world} *world, const float *pose)"),
+            &format!(
+                "    world->pose[0] = pose[0];
     world->pose[1] = pose[1];
     world->pose[2] = pose[2];
-{place}}}
-",
-            self.buffers.cycles,
-            self.buffers.known(name),
+{place}"
+            ),
         );
         if self.also.sensors {
-            let _ = write!(
-                text,
-                "
-/* What the sensors read in this cycle where the robot is, with their noise: the controller's inputs. */
-void {world}_sense(const {world} *world, float *inputs)
-{{
-    static const float outputs[2] = {{0.5f, 0.5f}};
+            let mut body = format!(
+                "    static const float outputs[2] = {{0.5f, 0.5f}};
     uint32_t line[{line}];
     (void)outputs;
 {sense}"
             );
             for (input, at) in self.buffers.readings.iter().enumerate() {
-                let _ = writeln!(text, "    inputs[{input}] = number_of(line[{at}]);");
+                let _ = writeln!(body, "    inputs[{input}] = number_of(line[{at}]);");
             }
-            text += "}\n";
+            file.function(
+                "What the sensors read in this cycle where the robot is, with their noise: the controller's inputs.",
+                &format!("void {world}_sense(const {world} *world, float *inputs)"),
+                &body,
+            );
         }
         if self.also.task {
             let _ = write!(
-                text,
+                file.types,
                 "
 /* What came of a cycle: where the robot is, the speeds of its wheels as fractions of full speed, whether it touches something, what the
    task gives for the cycle, what it gives for all so far, and whether the episode is over. */
 typedef struct {{
-    float pose[3], speeds[2];
+    float pose[3];
+    float speeds[2];
     bool collided;
-    float reward, fitness;
+    float reward;
+    float fitness;
     bool is_over;
 }} {world}_cycle;
-
-/* A cycle in which the wheels are commanded by the controller's outputs. */
-void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
-{{
-    uint32_t line[{line}];
+"
+            );
+            file.function(
+                "A cycle in which the wheels are commanded by the controller's outputs.",
+                &format!("void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)"),
+                &format!(
+                    "    uint32_t line[{line}];
     float over;
     int i;
     for (i = 0; i < 3; i++) {{
@@ -194,20 +210,19 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
     world->cycle = world->cycle + 1u;
     world->is_over = over != 0.0f || world->cycle >= {world}_CYCLES;
     after->is_over = world->is_over;
-}}
 "
+                ),
             );
         }
         if self.also.sensors && self.also.task {
             let seeds = arguments_of_reset(controller);
-            let _ = write!(
-                text,
-                "
-static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)
-{{
-    {world}_cycle after;
+            file.own_function(
+                &format!("static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)"),
+                &format!(
+                    "    {world}_cycle after;
     {name}_state state;
-    float inputs[{name}_INPUTS + 1], outputs[2];
+    float inputs[{name}_INPUTS + 1];
+    float outputs[2];
     {world}_begin(world, key_0, key_1, trial);
     {name}_reset(&state{seeds});
     while (!world->is_over) {{
@@ -215,11 +230,11 @@ static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t
         {name}_step(&state, inputs, outputs);
         {world}_drive(world, outputs, &after);
     }}
-}}
 "
+                ),
             );
-            text += &self.buffers.episodes(controller, name);
+            self.buffers.episodes(&mut file, controller, name);
         }
-        text
+        file.text()
     }
 }

@@ -6,7 +6,7 @@ use oneiro_shader_compiler::language::Memory;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shaders::episode::Record;
 
-use super::{Buffers, FNV, FNV_PRIME, Line, RECORD};
+use super::{Buffers, FNV, FNV_PRIME, File, Line, RECORD};
 use crate::batch::KEY_WORDS;
 use crate::outside::export::Controller;
 use crate::random::Key;
@@ -78,8 +78,9 @@ impl Together {
         for (input, at) in self.buffers.readings.iter().enumerate() {
             let _ = writeln!(readings, "    inputs[{input}] = number_of(line[{at}]);");
         }
-        let mut text = format!(
-            "
+        let mut file = File {
+            types: format!(
+                "
 /* The world that the controllers were evolved in, with the simulator's bits. Lengths are in mm. */
 enum {{
     {world}_CYCLES = {cycles},
@@ -90,10 +91,15 @@ enum {{
 /* An episode: the key of its random numbers, its trial, its next cycle, where the robots are, what the task gives so far, whether it is over,
    a hash of their poses, what is remembered, and what all robots read. */
 typedef struct {{
-    uint32_t key_0, key_1, trial, cycle;
-    float poses[{world}_ROBOTS][3], fitness;
+    uint32_t key_0;
+    uint32_t key_1;
+    uint32_t trial;
+    uint32_t cycle;
+    float poses[{world}_ROBOTS][3];
+    float fitness;
     bool is_over;
-    uint32_t hash, words[{words}];
+    uint32_t hash;
+    uint32_t words[{words}];
     uint32_t lines[{lines}];
 }} {world};
 
@@ -102,13 +108,24 @@ typedef struct {{
 typedef struct {{
     float pose[3];
     bool collided;
-    float reward, fitness;
+    float reward;
+    float fitness;
     bool is_over;
 }} {world}_cycle;
-
-{constants}static void {world}_run({world} *world, const float *outputs)
-{{
-    uint32_t inputs[{of_inputs}], fitness[1];
+",
+                cycles = self.buffers.cycles,
+                known = self.buffers.known(name),
+                words = self.words,
+                lines = line as usize * robots,
+            ),
+            constants,
+            ..File::default()
+        };
+        file.own_function(
+            &format!("static void {world}_run({world} *world, const float *outputs)"),
+            &format!(
+                "    uint32_t inputs[{of_inputs}];
+    uint32_t fitness[1];
     int robot;
     inputs[0] = world->key_0;
     inputs[1] = world->key_1;
@@ -125,31 +142,38 @@ typedef struct {{
         world->poses[robot][1] = number_of(world->lines[{line} * robot + 1]);
         world->poses[robot][2] = number_of(world->lines[{line} * robot + 2]);
     }}
-}}
-
-/* Begins an episode: the robots are at their starts. */
-void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)
-{{
-    static const float outputs[2 * {world}_ROBOTS] = {{0.0f}};
+"
+            ),
+        );
+        file.function(
+            "Begins an episode: the robots are at their starts.",
+            &format!("void {world}_begin({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)"),
+            &format!(
+                "    static const float outputs[2 * {world}_ROBOTS] = {{0.0f}};
     world->key_0 = key_0;
     world->key_1 = key_1;
     world->trial = trial;
     world->cycle = 0u;
     world->hash = {FNV}u;
     {world}_run(world, outputs);
-}}
-
-/* What a robot's sensors read in this cycle, with their noise: its controller's inputs. */
-void {world}_sense(const {world} *world, int robot, float *inputs)
-{{
-    const uint32_t *line = world->lines + {line} * robot;
+"
+            ),
+        );
+        file.function(
+            "What a robot's sensors read in this cycle, with their noise: its controller's inputs.",
+            &format!("void {world}_sense(const {world} *world, int robot, float *inputs)"),
+            &format!(
+                "    const uint32_t *line = world->lines + {line} * robot;
     (void)line;
-{readings}}}
-
-/* A cycle in which all wheels are commanded, by two outputs of each robot's controller. */
-void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
-{{
-    int robot, i;
+{readings}"
+            ),
+        );
+        file.function(
+            "A cycle in which all wheels are commanded, by two outputs of each robot's controller.",
+            &format!("void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)"),
+            &format!(
+                "    int robot;
+    int i;
     for (robot = 0; robot < {robots}; robot++) {{
         for (i = 0; i < 3; i++) {{
             world->hash = (world->hash ^ bits_of(world->poses[robot][i])) * {FNV_PRIME}u;
@@ -167,24 +191,19 @@ void {world}_drive({world} *world, const float *outputs, {world}_cycle *after)
         after[robot].fitness = world->fitness;
         after[robot].is_over = world->is_over;
     }}
-}}
-",
-            cycles = self.buffers.cycles,
-            known = self.buffers.known(name),
-            words = self.words,
-            lines = line as usize * robots,
+"
+            ),
         );
         if controller.is_every_robots() {
             let seeds = if controller.asks_for_trial() { ", trial" } else { "" };
-            let _ = write!(
-                text,
-                "
-/* An episode of robots that all have this controller. */
-static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)
-{{
-    {world}_cycle after[{world}_ROBOTS];
+            // Robots that all have this controller.
+            file.own_function(
+                &format!("static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t trial)"),
+                &format!(
+                    "    {world}_cycle after[{world}_ROBOTS];
     {name}_state states[{world}_ROBOTS];
-    float inputs[{name}_INPUTS + 1], outputs[2 * {world}_ROBOTS];
+    float inputs[{name}_INPUTS + 1];
+    float outputs[2 * {world}_ROBOTS];
     int robot;
     {world}_begin(world, key_0, key_1, trial);
     for (robot = 0; robot < {robots}; robot++) {{
@@ -197,11 +216,11 @@ static void {name}_live({world} *world, uint32_t key_0, uint32_t key_1, uint32_t
         }}
         {world}_drive(world, outputs, after);
     }}
-}}
 "
+                ),
             );
-            text += &self.buffers.episodes(controller, name);
+            self.buffers.episodes(&mut file, controller, name);
         }
-        text
+        file.text()
     }
 }

@@ -277,12 +277,13 @@ fn a_browser_shows_what_is_new() {
         const drawn = () => window.oneiro.drawn(Number(document.getElementById('when').value)).robots.map(({ name }) => name);\n\
         const press = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\n\
         const acts = [];\n\
-        const tell = () => acts.push([at('clock'), at('news'), rows(), drawn()]);\n\
-        await until(() => at('news') === 'The end.'); tell();\n\
-        press('ArrowLeft'); await until(() => at('clock') === '0:02 of 0:03'); await soon(1200); tell();\n\
+        // News are words at once; what is drawn comes with the next frame.\n\
+        const tell = async () => { await soon(50); acts.push([at('clock'), at('news'), rows(), drawn()]); };\n\
+        await until(() => at('news') === 'The end.'); await tell();\n\
+        press('ArrowLeft'); await until(() => at('clock') === '0:02 of 0:03'); await soon(1200); await tell();\n\
         document.querySelectorAll('.who')[0].click(); await until(() => at('robot').startsWith('Robot 0')); acts.push(at('robot'));\n\
         window.now = 2; await until(() => at('clock').endsWith('0:04')); acts.push(at('clock'));\n\
-        window.now = 1; await until(() => at('clock').endsWith('0:03')); press('End'); window.now = 2; await until(() => at('news') === 'Later.'); tell();\n\
+        window.now = 1; await until(() => at('clock').endsWith('0:03')); press('End'); window.now = 2; await until(() => at('news') === 'Later.'); await tell();\n\
         window.now = 3; await until(() => at('news') === 'Live.'); acts.push(at('news'));\n\
         const now = performance.now.bind(performance); performance.now = () => now() + 60000;\n\
         await until(() => at('news') !== 'Live.'); acts.push(at('news').replace(/[0-9]+/, 'N'));\n\
