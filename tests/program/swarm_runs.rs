@@ -225,6 +225,22 @@ fn invalid_values_are_refused_by_key() {
             "swarm.control=heard-by-all swarm.messages.range_mm=100",
             "swarm.messages.range_mm: is 100, which has no effect; allowed: only with another swarm.control",
         ),
+        (
+            "swarm.messages.topology=ring swarm.messages.heard=0.2",
+            "swarm.messages.heard: is 0.2, which has no effect; allowed: only with swarm.messages.topology = \"encounters\"",
+        ),
+        (
+            "swarm.messages.topology=star",
+            "allowed: encounters, all, ring or torus",
+        ),
+        (
+            "swarm.messages.migration=1.5",
+            "swarm.messages.migration: is 1.5; allowed: 0 to 1",
+        ),
+        (
+            "swarm.control=heard-by-all swarm.messages.migration=0.5",
+            "swarm.messages.migration: is 0.5, which has no effect",
+        ),
         ("cycles=5", "unknown key"),
         // No effect in these cases.
         (

@@ -39,6 +39,8 @@ pub enum Stream {
     SecondPopulation = 13,
     /// Opponents from a hall of fame, a stream for each generation.
     Opponents = 14,
+    /// Links between robots that are open, a stream for each interval.
+    Migration = 15,
 }
 
 /// The stream of a run for a purpose and a generation. It depends only on these three, so no generator's state is

@@ -258,7 +258,10 @@ impl Member {
             evolution.miss_interval(real);
             false
         } else {
-            evolution.end_interval(&self.plan.settings, real, &messages).taken
+            evolution
+                .end_interval(&self.plan.settings, real, &messages)
+                .from
+                .is_some()
         };
         let last = seconds.end - 1;
         let senders = messages.iter().fold(0, |all, message| all | 1_u128 << message.sender);

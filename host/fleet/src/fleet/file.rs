@@ -869,7 +869,18 @@ mod tests {
         let path = std::env::temp_dir().join(format!("oneiro-fleet-khepera-{}.toml", std::process::id()));
         let control = path.with_extension("control.toml");
         fs::write(&control, "[swarm]\ncontrol = \"fitness-shuffled\"\n").unwrap();
+        let [ring, rare] = ["ring", "rare"].map(|name| path.with_extension(format!("{name}.toml")));
+        fs::write(&ring, "[swarm]\nmessages.topology = \"ring\"\n").unwrap();
+        fs::write(&rare, "[swarm]\nmessages.migration = 0.5\n").unwrap();
         for (experiment, words) in [
+            (
+                ring.to_str().unwrap(),
+                "swarm.messages.topology: is `ring`, which needs the evolution of all robots in one program; allowed: encounters",
+            ),
+            (
+                rare.to_str().unwrap(),
+                "swarm.messages.migration: is 0.5, which needs the evolution of all robots in one program; allowed: 1",
+            ),
             (
                 control.to_str().unwrap(),
                 "swarm.control: is a control, which needs the evolution of all robots in one program; allowed: evolved",
@@ -891,7 +902,8 @@ mod tests {
                 "{message}"
             );
         }
-        fs::remove_file(path).unwrap();
-        fs::remove_file(control).unwrap();
+        for file in [path, control, ring, rare] {
+            fs::remove_file(file).unwrap();
+        }
     }
 }

@@ -16,6 +16,7 @@ use super::settings::head;
 use super::source::{LeftOut, Parsed, Setting};
 use super::values::{self, Described};
 use super::{Difference, Identities, SEED, differences, text};
+use crate::exchange::links::Topology;
 use crate::swarm::Plan;
 use crate::swarm::record::{Case, Kind};
 use crate::swarm::settings::{self, Clock, Settings};
@@ -151,8 +152,19 @@ impl SwarmExperiment {
     /// # Errors
     /// As there, and for a control.
     pub fn of_robots(path: &Path, text: &Parsed<'_>) -> Result<Self> {
-        const WHY: &str = "is a control, which needs the evolution of all robots in one program";
-        Self::without_control(path, text, &[], WHY)
+        const WHY: &str = "needs the evolution of all robots in one program";
+        let own = Self::without_control(path, text, &[], &format!("is a control, which {WHY}"))?;
+        let (_, source) = degrees::read::<File>(text, &[])?;
+        let links = own.settings().links;
+        if links.topology != Topology::Encounters {
+            let problem = format_args!("is `{}`, which {WHY}; allowed: encounters", links.topology.word());
+            return Err(source.invalid("swarm.messages.topology", problem));
+        }
+        if links.migration < 1.0 {
+            let problem = format_args!("is {}, which {WHY}; allowed: 1", links.migration);
+            return Err(source.invalid("swarm.messages.migration", problem));
+        }
+        Ok(own)
     }
 
     /// Like [`SwarmExperiment::of`], without a control, for the reason `why`.
@@ -338,6 +350,16 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
             *control != Kind::HeardByAll,
             "with another swarm.control: there every robot hears all others",
             &[CONTROL],
+        ),
+        Need::new(
+            &[
+                "swarm.messages.range_mm",
+                "swarm.messages.heard",
+                "swarm.messages.line_of_sight",
+            ],
+            swarm.meet(),
+            "with swarm.messages.topology = \"encounters\", where robots hear those that they meet",
+            &["swarm.messages.topology"],
         ),
         Need::new(
             &["swarm.simulators.credit", "swarm.simulators.says"],

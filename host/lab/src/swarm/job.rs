@@ -1,6 +1,7 @@
 //! A swarm's run as a job. Its steps alternate: all robots' controllers are evaluated in their on-board simulators; then
 //! the arena is simulated until all robots have ended an interval.
 
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,10 +23,11 @@ use super::record::{Case, Credit, Kind, RobotInterval, Run};
 use super::{Plan, tables};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::exchange::Exchange;
+use crate::exchange::links::{Links, Topology};
 
 /// The name of saved states, and their version.
 const NAME: &str = "swarm";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Intervals between two checkpoints of a run with a directory.
 const CHECKPOINT_EVERY: usize = 10;
 /// A controller that searches at random, with and without food.
@@ -77,6 +79,8 @@ struct State {
     clocks: Vec<Clock>,
     /// Empty if nothing evolves.
     robots: Vec<OnBoard>,
+    /// For each robot and each interval the robot whose first simulator its simulator descends from.
+    founders: Vec<Vec<u16>>,
     seconds: Seconds,
     /// Simulated seconds, and the words of the arena's state after them; none at the beginning.
     now: u32,
@@ -100,6 +104,7 @@ impl SwarmJob {
             } else {
                 clocks.iter().enumerate().map(on_board).collect()
             },
+            founders: (0..robots).map(|robot| vec![robot as u16]).collect(),
             clocks,
             seconds: Seconds::new(settings.clock.interval_s + settings.clock.offset_s),
             now: 0,
@@ -287,9 +292,7 @@ impl SwarmJob {
             }
         }
         let mut lines: Vec<Line> = lines.chunks(a_second).map(second).collect();
-        if self.plan.kind == Kind::HeardByAll {
-            lines.iter_mut().for_each(hear_all);
-        }
+        self.link(start, &mut lines);
         for line in &lines {
             self.state.see(line);
         }
@@ -306,6 +309,30 @@ impl SwarmJob {
             self.intervene();
         }
         Ok(())
+    }
+
+    /// Lets robots hear those that they are linked to, or fewer than they met, in the seconds from `start` on.
+    fn link(&self, start: u32, lines: &mut [Line]) {
+        let links = match self.plan.kind {
+            Kind::HeardByAll => Links {
+                topology: Topology::All,
+                ..Links::ENCOUNTERS
+            },
+            _ => self.plan.settings.links,
+        };
+        if links == Links::ENCOUNTERS {
+            return;
+        }
+        let mut of_intervals = BTreeMap::new();
+        for (second, line) in (start..).zip(lines) {
+            let robots = line.robots.len();
+            for (robot, own) in line.robots.iter_mut().enumerate() {
+                own.heard = self.state.clocks[robot].interval_at(second).map_or(0, |interval| {
+                    let open = || links.open(self.plan.seed, interval, robots);
+                    of_intervals.entry(interval).or_insert_with(open)[robot].of(own.heard)
+                });
+            }
+        }
     }
 
     /// Ends an interval of all robots, in the order of their clocks: a robot's messages of its next interval reach others in
@@ -338,6 +365,7 @@ impl SwarmJob {
             let heard = exchange.heard(robot, state.clocks[robot].seconds_of(interval));
             let real = state.real(whose[robot], interval);
             let own = &mut state.robots[robot];
+            let mut credit = settings.simulators.credit;
             let ended = match plan.kind {
                 Kind::Embodied | Kind::EmbodiedRandom => {
                     let is_random = plan.kind == Kind::EmbodiedRandom;
@@ -345,11 +373,16 @@ impl SwarmJob {
                 }
                 Kind::Disparity => {
                     let reached = own.agreement(interval, real).unwrap_or(f32::NEG_INFINITY);
-                    own.end_interval_by(settings, real, (Credit::Matched, reached), &heard)
+                    credit = Credit::Matched;
+                    own.end_interval_by(settings, real, (credit, reached), &heard)
                 }
                 _ => own.end_interval(settings, real, &heard),
             };
-            taken[robot] = ended.taken;
+            taken[robot] = ended.from.is_some();
+            let from = ended.from.filter(|_| plan.kind.has_lineages());
+            let (parent, at) = from.unwrap_or((robot, interval));
+            let founder = state.founders[parent][state.robots[parent].credited_in(at, credit) as usize];
+            state.founders[robot].push(founder);
             if let Some(details) = details {
                 details.pairs += &tables::pair_rows(interval, robot, &ended.pairs);
             }
@@ -561,6 +594,7 @@ impl State {
                 heard: heard[robot].count_ones() as u16,
                 reached: reached[robot],
                 taken: taken[robot],
+                founder: self.founders[robot][interval as usize],
             }
         });
         let robots = robots.collect();
@@ -576,14 +610,6 @@ fn deposits(clocks: &[Clock], cycle: u32, line: &Line) -> String {
         Some(tables::deposit_row(cycle, robot, interval, began, [own.x, own.y]))
     };
     line.robots.iter().zip(clocks).enumerate().filter_map(row).collect()
-}
-
-/// Lets every robot hear all others.
-fn hear_all(line: &mut Line) {
-    let all = u128::MAX >> (u128::BITS as usize - line.robots.len());
-    for (robot, own) in line.robots.iter_mut().enumerate() {
-        own.heard = all & !(1 << robot);
-    }
 }
 
 /// The line of a second, from those of its cycles.

@@ -108,6 +108,7 @@ mod tests {
             heard: 0,
             reached: 1,
             taken: false,
+            founder: 0,
         };
         let mut brought = vec![0; 120];
         brought[10] = 1;

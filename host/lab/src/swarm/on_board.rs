@@ -17,8 +17,8 @@ use crate::swarm::record::Credit;
 /// What a robot had at the end of an interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ended {
-    /// Whether the simulator of its next interval came from another robot.
-    pub taken: bool,
+    /// The robot that the simulator of its next interval came from, and the interval there that its fitness was of; none if it is its own.
+    pub from: Option<(usize, u32)>,
     /// Its pairs, the best first.
     pub pairs: Vec<Message>,
 }
@@ -113,16 +113,21 @@ impl OnBoard {
     /// The simulator in which the controller was chosen that acts in an interval's last second; that of the interval
     /// itself if none was.
     pub fn chosen_under(&self, interval: u32) -> f32 {
-        let last = self.clock.seconds_of(interval).end - 1;
-        self.simulators[self.clock.chosen_in(last).unwrap_or(interval) as usize]
+        self.simulators[self.credited_in(interval, Credit::Matched) as usize]
     }
 
-    /// The simulator that a fitness of an interval is credited to.
-    pub fn credited(&self, interval: u32, credit: Credit) -> f32 {
+    /// The interval of the simulator that a fitness of an interval is credited to.
+    pub fn credited_in(&self, interval: u32, credit: Credit) -> u32 {
+        let last = self.clock.seconds_of(interval).end - 1;
         match credit {
-            Credit::Lagged => self.simulators[interval as usize],
-            Credit::Matched => self.chosen_under(interval),
+            Credit::Lagged => interval,
+            Credit::Matched => self.clock.chosen_in(last).unwrap_or(interval),
         }
+    }
+
+    /// That simulator.
+    pub fn credited(&self, interval: u32, credit: Credit) -> f32 {
+        self.simulators[self.credited_in(interval, credit) as usize]
     }
 
     /// The controller that acts in a second: the one before, while the simulations that choose it are late.
@@ -213,7 +218,7 @@ impl OnBoard {
         self.simulators
             .push(settings.simulator_mutation().of(kept, &mut random));
         Ended {
-            taken: better.is_some(),
+            from: better.map(|pair| (pair.sender, pair.interval)),
             pairs: ranked,
         }
     }
@@ -251,7 +256,7 @@ impl OnBoard {
         self.simulators.push(self.simulator());
         self.begin_without_simulator();
         Ended {
-            taken: other.is_some(),
+            from: other.map(|pair| (pair.sender, pair.interval)),
             pairs: ranked,
         }
     }

@@ -112,6 +112,14 @@ impl Kind {
         !matches!(self, Self::Embodied | Self::EmbodiedRandom)
     }
 
+    /// Whether simulators only change by exchange, so that each descends from a robot's first one.
+    pub fn has_lineages(self) -> bool {
+        matches!(
+            self,
+            Self::Evolved | Self::FitnessShuffled | Self::Alone | Self::Disparity | Self::HeardByAll
+        )
+    }
+
     /// The name in reports.
     pub fn title(self) -> &'static str {
         match self {
@@ -180,4 +188,6 @@ pub struct RobotInterval {
     pub reached: u16,
     /// Whether the simulator of its next interval came from another robot; false in the last interval.
     pub taken: bool,
+    /// The robot whose first simulator its simulator descends from.
+    pub founder: u16,
 }

@@ -8,6 +8,7 @@ use oneiro::swarm::{self, Swarm};
 use oneiro_evolve::encapsulated::{Boundary, Breeding, Mutation};
 use serde::{Serialize, Serializer};
 
+use crate::exchange::links::{Links, Topology};
 use crate::exchange::pairs::{Key, Leaves, Rules};
 use crate::exchange::radio::limits::Limits;
 use crate::swarm::record::{Case, Credit};
@@ -30,6 +31,8 @@ pub struct Settings {
     pub controllers: Controllers,
     /// The evolution of simulators among robots.
     pub simulators: Simulators,
+    /// Who can hear whom.
+    pub links: Links,
     /// Times of events.
     pub clock: Clock,
 }
@@ -59,6 +62,7 @@ impl Default for Settings {
                 leaves: Leaves::Lowest,
                 says: Says::SoFar,
             },
+            links: Links::ENCOUNTERS,
             clock: Clock {
                 interval_s: 60,
                 offset_s: 5,
@@ -172,6 +176,10 @@ fn own_parameters<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
             "Which pair a new one replaces.", |own, _| Some(&mut own.as_mut().simulators.leaves)),
         row("simulators.says", "", Any, "O'Dowd et al. 2014, section 4.3: so far; arm",
             "Which fitness robots report.", |own, _| Some(&mut own.as_mut().simulators.says)),
+        row("messages.topology", "", Any, "ours; section 6 of O'Dowd et al. 2014 asks for island models",
+            "The robots whose messages can reach a robot. Simulated swarms only.", |own, _| Some(&mut own.as_mut().links.topology)),
+        row("messages.migration", "", Number(0.0, 1.0), "ours; as messages.topology",
+            "Chance that messages of one robot can reach another one during an interval, drawn for each of the two directions. Simulated swarms only.", |own, _| Some(&mut own.as_mut().links.migration)),
         row("clock.interval_s", "s", Whole(10, 180), "O'Dowd et al. 2014, section 4.3",
             "Length of an interval.", |own, _| Some(&mut own.as_mut().clock.interval_s)),
         row("clock.offset_s", "s", WholeUpTo(0, "clock.interval_s"), "ours; arms",
@@ -387,6 +395,11 @@ impl Settings {
             seconds: self.seconds(),
             food: most_items(swarm::SECOND * self.seconds()),
         }
+    }
+
+    /// Whether robots hear those that they meet.
+    pub fn meet(&self) -> bool {
+        self.links.topology == Topology::Encounters
     }
 
     /// How pairs are kept.

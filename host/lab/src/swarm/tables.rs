@@ -1,5 +1,6 @@
 //! Tables and figures of a swarm's run.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -121,7 +122,7 @@ pub(crate) static PAIRS_COLUMNS: [Column; 9] = [
 type Outcome = OutcomeColumn<fn(&Lived<'_>) -> String>;
 
 /// A run's values in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
-static OUTCOMES: [Outcome; 22] = [
+static OUTCOMES: [Outcome; 24] = [
     OutcomeColumn::new(
         Column::whole("brought", "items", "food that all robots brought"),
         |own| own.run.total().to_string(),
@@ -271,6 +272,25 @@ static OUTCOMES: [Outcome; 22] = [
             "the time when at least half of the simulators had the light in its true position, over five intervals, for the first time; the whole time if they never did",
         ),
         |own| fixed(own.matched(), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "takeover_min",
+            "min",
+            "the time when all simulators descended from one robot's first simulator; the whole time if they never did, NaN if something else than exchange changes simulators",
+        ),
+        |own| fixed(own.takeover(), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "lineages",
+            "",
+            "the number of robots from whose first simulators those of the last interval descend; NaN likewise",
+        ),
+        |own| {
+            own.lineages_at(own.intervals().wrapping_sub(1))
+                .map_or("NaN".to_owned(), |count| count.to_string())
+        },
     ),
 ];
 
@@ -443,6 +463,27 @@ impl Lived<'_> {
             2 * right >= all
         };
         let end = (MATCHED_INTERVALS..=self.intervals()).find(is_matched);
+        let seconds = end.map_or(self.seconds(), |end| end * self.settings.clock.interval_s as usize);
+        seconds as f64 / MINUTE as f64
+    }
+
+    /// The number of robots from whose first simulators those of an interval descend.
+    fn lineages_at(&self, interval: usize) -> Option<usize> {
+        let robots = self
+            .run
+            .intervals
+            .get(interval)
+            .filter(|_| self.run.kind.has_lineages())?;
+        let founders: BTreeSet<u16> = robots.iter().map(|own| own.founder).collect();
+        Some(founders.len())
+    }
+
+    /// Minutes until all simulators descend from one.
+    fn takeover(&self) -> f64 {
+        if self.lineages_at(0).is_none() {
+            return f64::NAN;
+        }
+        let end = (0..self.intervals()).find(|&interval| self.lineages_at(interval) == Some(1));
         let seconds = end.map_or(self.seconds(), |end| end * self.settings.clock.interval_s as usize);
         seconds as f64 / MINUTE as f64
     }

@@ -18,6 +18,7 @@ use super::on_board::OnBoard;
 use super::*;
 use crate::engine::job::{Job, Request, Results};
 use crate::exchange::contact::{Contact, Heard};
+use crate::exchange::links::{Links, Topology};
 use crate::exchange::radio::key::Key;
 use crate::exchange::radio::{Packet, Radio, Received, Refusal};
 use crate::exchange::{Exchange, Message};
@@ -446,6 +447,88 @@ fn all_hear_all_wherever_they_are() {
     }
 }
 
+/// Simulators that don't change are those of their founders.
+#[test]
+fn lineages_are_those_of_simulators() {
+    for (kind, credit) in [
+        (Kind::Evolved, Credit::Lagged),
+        (Kind::Evolved, Credit::Matched),
+        (Kind::FitnessShuffled, Credit::Matched),
+        (Kind::Disparity, Credit::Lagged),
+    ] {
+        let mut plan = plan(Case::Over, kind);
+        plan.settings.simulators.credit = credit;
+        plan.settings.simulators.mutation_scale = 0.0;
+        plan.settings.minutes = 12;
+        let run = run_alone(plan);
+        let all: Vec<&RobotInterval> = run.intervals.iter().flatten().collect();
+        for own in &all {
+            assert_eq!(
+                own.s0,
+                run.intervals[0][usize::from(own.founder)].s0,
+                "{kind:?}, {credit:?}"
+            );
+        }
+        assert!(all.iter().filter(|own| own.taken).count() > 5, "{kind:?}, {credit:?}");
+    }
+}
+
+/// The time of a takeover, and the lineages that are left.
+#[test]
+fn takeovers_are_those_worked_out_by_hand() {
+    let plan = plan(Case::Over, Kind::Evolved);
+    let mut run = run_alone(plan.clone());
+    let outcome = |run: &Run, name: &str| -> f64 {
+        let all = run.outcomes(&plan.settings);
+        let (_, value) = all.iter().find(|(own, _)| **own == *name).unwrap();
+        value.parse().unwrap()
+    };
+    let founders = [[0, 1, 2, 3, 4], [0, 1, 1, 3, 3], [1, 1, 1, 1, 1], [1, 1, 1, 1, 1]];
+    run.intervals.truncate(founders.len());
+    for (robots, founders) in run.intervals.iter_mut().zip(founders) {
+        for (own, founder) in robots.iter_mut().zip(founders) {
+            own.founder = founder;
+        }
+    }
+    assert_eq!((outcome(&run, "takeover_min"), outcome(&run, "lineages")), (2.0, 1.0));
+    run.intervals.truncate(2);
+    assert_eq!((outcome(&run, "takeover_min"), outcome(&run, "lineages")), (5.0, 3.0));
+    run.kind = Kind::SimulatorShuffled;
+    assert!(outcome(&run, "takeover_min").is_nan() && outcome(&run, "lineages").is_nan());
+}
+
+#[test]
+fn islands_hear_their_neighbours_while_links_are_open() {
+    let run = |topology, migration, range| {
+        let mut plan = plan(Case::Over, Kind::Evolved);
+        plan.settings.links = Links { topology, migration };
+        plan.settings.world.range = range;
+        plan.settings.minutes = 12;
+        run_alone(plan)
+    };
+    let of = |run: &Run, value: fn(&RobotInterval) -> usize| run.intervals.iter().flatten().map(value).sum::<usize>();
+    let heard = |run: &Run| of(run, |own| usize::from(own.heard));
+    let ring = run(Topology::Ring, 1.0, 1.0);
+    assert!(
+        ring.intervals
+            .iter()
+            .flatten()
+            .all(|own| (own.heard, own.reached) == (2, 5))
+    );
+    // A lineage goes one robot a minute each way.
+    let beside = |robot: usize, founder: usize| [0, 1, 4].contains(&((robot + 5 - founder) % 5));
+    for (robot, own) in ring.intervals[1].iter().enumerate() {
+        assert!(beside(robot, own.founder.into()), "{robot}: {}", own.founder);
+    }
+    assert!(of(&ring, |own| own.taken.into()) > 5);
+    let closed = run(Topology::Ring, 0.0, 1.0);
+    assert_eq!((heard(&closed), of(&closed, |own| own.taken.into())), (0, 0));
+    // Of 120 links of a ring, and of encounters.
+    assert!((35..=85).contains(&heard(&run(Topology::Ring, 0.5, 1.0))));
+    let [few, many] = [0.2, 1.0].map(|migration| heard(&run(Topology::Encounters, migration, 250.0)));
+    assert!(few > 0 && few < many / 2, "{few} of {many}");
+}
+
 /// Simulators match when half of them are right over five intervals; if they never do, the whole time counts.
 #[test]
 fn the_time_to_a_match_is_that_worked_out_by_hand() {
@@ -583,7 +666,7 @@ fn the_better_simulator_is_taken_over_and_changed() {
     let go_on = |real, heard: &[Message]| {
         let mut robot = robot(&settings, 0);
         let own = robot.simulator();
-        let taken = robot.end_interval(&settings, real, heard).taken;
+        let taken = robot.end_interval(&settings, real, heard).from.is_some();
         assert_eq!(robot.interval(), 1);
         assert_ne!(robot.simulator(), own, "a gene always changes");
         (taken, own, robot.simulator())

@@ -46,6 +46,7 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
             heard: 3,
             reached: 10,
             taken: true,
+            founder: 0,
         });
         intervals.push(robots.collect::<Vec<_>>());
     }

@@ -62,6 +62,7 @@ impl Numbers {
                     heard: (3.9 * self.next()) as u16,
                     reached: 1 + ((f64::from(robots) - 0.1) * self.next()) as u16,
                     taken: self.next() < 0.4,
+                    founder: 0,
                 }
             });
             each.collect()
@@ -317,6 +318,7 @@ fn shares_are_those_of_thirds() {
         heard: 0,
         reached: 1,
         taken: false,
+        founder: 0,
     };
     let robots = [0.0, 0.32, 0.33, 0.65, 0.66, 0.7, 0.8, 0.99].map(robot);
     assert_eq!(measures::shares(&robots, measures::S0), [0.25, 0.25, 0.5]);
@@ -438,6 +440,7 @@ fn convergence_is_from_when_on_most_simulators_are_right() {
                     heard: 0,
                     reached: 1,
                     taken: false,
+                    founder: 0,
                 }]
             })
             .collect();
