@@ -92,6 +92,11 @@ impl Choice for Kind {
             Self::HeardByAll,
             "every robot hears all others, wherever they are",
         ),
+        (
+            "central",
+            Self::Central,
+            "all robots have one simulator, which a computer that knows all of them chooses: of the three places of the light the one that best predicted their real fitness in the last interval",
+        ),
     ];
 }
 
@@ -324,7 +329,7 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
             control.has_simulators()
                 && !matches!(
                     control,
-                    Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom
+                    Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom | Kind::Central
                 ),
             "with simulators that evolve (swarm.control)",
             &[CONTROL],
@@ -343,6 +348,20 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
             &["swarm.simulators.pairs", "swarm.simulators.leaves"],
             *control != Kind::EmbodiedRandom,
             "with another swarm.control: there nothing that a robot has heard may be lost by its fitness",
+            &[CONTROL],
+        ),
+        Need::new(
+            &[
+                "swarm.messages",
+                "swarm.controllers.guests",
+                "swarm.simulators.pairs",
+                "swarm.simulators.key",
+                "swarm.simulators.leaves",
+                "swarm.simulators.says",
+                "swarm.simulators.credit",
+            ],
+            control.exchanges(),
+            "with another swarm.control: there robots exchange nothing",
             &[CONTROL],
         ),
         Need::new(
@@ -407,6 +426,12 @@ fn check(file: &File) -> Checked {
     if !file.control.has_simulators() && installed_s != interval_s {
         let problem = format!(
             "is {installed_s}; allowed: {interval_s}, swarm.clock.interval_s, with this swarm.control, where nothing is simulated"
+        );
+        return invalid("swarm.clock.installed_s", problem);
+    }
+    if file.control == Kind::Central && installed_s != interval_s {
+        let problem = format!(
+            "is {installed_s}; allowed: {interval_s}, swarm.clock.interval_s, with this swarm.control, which predicts what one controller reaches in a whole interval"
         );
         return invalid("swarm.clock.installed_s", problem);
     }

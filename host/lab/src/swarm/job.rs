@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::clock::Clock;
 use super::memory::{Memory, Second, Seconds};
 use super::on_board::OnBoard;
-use super::record::{Case, Credit, Kind, RobotInterval, Run};
+use super::record::{Case, Credit, Kind, LIGHTS, RobotInterval, Run};
 use super::{Plan, tables};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::exchange::Exchange;
@@ -32,15 +32,13 @@ const VERSION: u32 = 3;
 const CHECKPOINT_EVERY: usize = 10;
 /// A controller that searches at random, with and without food.
 const RANDOM: Genome = [0.495; 2];
-/// The scenarios in the order of the simulators' worlds.
-const SCENARIOS: [Light; 3] = [Light::OppositeNest, Light::Nowhere, Light::OverNest];
 
 /// One swarm from its beginning to its end.
 pub struct SwarmJob {
     plan: Plan,
     swarm: Arc<Swarm>,
     arena: [Place; 1],
-    simulators: [Place; SCENARIOS.len()],
+    simulators: [Place; LIGHTS.len()],
     state: State,
     /// The arena's input in the next stretch, which follows from the other fields.
     input: Vec<f32>,
@@ -81,6 +79,8 @@ struct State {
     robots: Vec<OnBoard>,
     /// For each robot and each interval the robot whose first simulator its simulator descends from.
     founders: Vec<Vec<u16>>,
+    /// What simulators with each place of the light said in this interval of the controllers that act in it; empty if one was asked.
+    predicted: Vec<[f32; LIGHTS.len()]>,
     seconds: Seconds,
     /// Simulated seconds, and the words of the arena's state after them; none at the beginning.
     now: u32,
@@ -105,6 +105,7 @@ impl SwarmJob {
                 clocks.iter().enumerate().map(on_board).collect()
             },
             founders: (0..robots).map(|robot| vec![robot as u16]).collect(),
+            predicted: Vec::new(),
             clocks,
             seconds: Seconds::new(settings.clock.interval_s + settings.clock.offset_s),
             now: 0,
@@ -137,7 +138,7 @@ impl SwarmJob {
         let simulator = |light| place(Arc::new(plan.settings.simulator(light)));
         let mut job = Self {
             arena: [place(Arc::clone(&swarm))],
-            simulators: SCENARIOS.map(simulator),
+            simulators: LIGHTS.map(simulator),
             swarm,
             plan,
             state,
@@ -242,24 +243,37 @@ impl SwarmJob {
 
     fn rollouts_on_board(&self) -> impl Iterator<Item = Rollout<'_>> {
         let seed = self.plan.seed;
+        let asked = self.plan.kind.simulators();
         self.state.robots.iter().zip(0..).flat_map(move |(own, robot)| {
-            let scenario = own.scenario();
-            let world = SCENARIOS.iter().position(|light| *light == scenario).unwrap_or(0);
-            own.rollouts(world, seed, robot)
+            let first = if asked == 1 { number_of(own.scenario()) } else { 0 };
+            (first..first + asked).flat_map(move |world| own.rollouts(world, seed, robot))
         })
+    }
+
+    /// The number of episodes on board in an interval.
+    fn simulations(&self) -> usize {
+        let controllers: usize = self.state.robots.iter().map(|own| own.controllers().len()).sum();
+        controllers * self.plan.kind.simulators()
     }
 
     /// Takes the fitness of all controllers on board.
     fn take_simulated(&mut self, fitness: &[f32]) -> Result {
+        let (expected, asked) = (self.simulations(), self.plan.kind.simulators());
         let Self { details, state, .. } = self;
-        let robots = &mut state.robots;
-        let expected: usize = robots.iter().map(|own| own.controllers().len()).sum();
+        state.predicted.clear();
         if fitness.len() != expected {
             return Err(wrong("fitness", fitness.len(), expected));
         }
         let mut rest = fitness;
-        for (robot, own) in robots.iter_mut().enumerate() {
-            let (fitness, others) = rest.split_at(own.controllers().len());
+        for (robot, own) in state.robots.iter_mut().enumerate() {
+            let controllers = own.controllers().len();
+            let (all, others) = rest.split_at(asked * controllers);
+            let mut fitness = all;
+            if asked == LIGHTS.len() {
+                // The controller that acts is the first, the best one of the interval before.
+                state.predicted.push([0, 1, 2].map(|world| all[world * controllers]));
+                fitness = &all[number_of(own.scenario()) * controllers..][..controllers];
+            }
             own.take_simulated(fitness);
             if let Some(details) = details {
                 details.controllers += &tables::controller_rows(own.interval(), robot, own, fitness);
@@ -350,6 +364,7 @@ impl SwarmJob {
             Kind::FitnessShuffled => shuffled(robots, &mut stream(plan.seed, Stream::Intervention, interval)),
             _ => (0..robots).collect(),
         };
+        let central = (plan.kind == Kind::Central).then(|| state.best_light(interval));
         let mut order: Vec<usize> = (0..robots).collect();
         order.sort_by_key(|&robot| state.clocks[robot].offset);
         let mut taken = vec![false; robots];
@@ -376,8 +391,11 @@ impl SwarmJob {
                     credit = Credit::Matched;
                     own.end_interval_by(settings, real, (credit, reached), &heard)
                 }
-                _ => own.end_interval(settings, real, &heard),
+                _ => own.end_interval(settings, real, if plan.kind.exchanges() { &heard } else { &[] }),
             };
+            if let Some(light) = central {
+                own.set_simulator(middle(light));
+            }
             taken[robot] = ended.from.is_some();
             let from = ended.from.filter(|_| plan.kind.has_lineages());
             let (parent, at) = from.unwrap_or((robot, interval));
@@ -431,7 +449,7 @@ impl Job for SwarmJob {
         let Self { plan, state, .. } = self;
         let reached = SECOND * state.now;
         if self.is_to_simulate() {
-            let controllers: usize = state.robots.iter().map(|own| own.controllers().len()).sum();
+            let simulations = self.simulations();
             return Some(Request {
                 stage: Stage {
                     reached,
@@ -440,8 +458,8 @@ impl Job for SwarmJob {
                 worlds: &self.simulators,
                 outside: None,
                 states: &[],
-                lives: controllers,
-                steps: controllers as u64 * u64::from(SECOND * plan.settings.clock.interval_s),
+                lives: simulations,
+                steps: simulations as u64 * u64::from(SECOND * plan.settings.clock.interval_s),
             });
         }
         let Range { start, end } = self.stretch();
@@ -562,6 +580,18 @@ impl State {
         self.seconds.get(last).map_or(0.0, |second| second.earned_after[robot])
     }
 
+    /// The light's place with which simulators predicted best what all robots reached in an interval: with the least sum of differences.
+    fn best_light(&self, interval: u32) -> Light {
+        let difference = |world: usize| -> f64 {
+            let robots = self.predicted.iter().enumerate();
+            robots
+                .map(|(robot, said)| f64::from(said[world] - self.real(robot, interval)).abs())
+                .sum()
+        };
+        let best = (0..LIGHTS.len()).min_by(|a, b| difference(*a).total_cmp(&difference(*b)));
+        LIGHTS[best.unwrap_or(0)]
+    }
+
     /// Records an interval.
     fn record(&mut self, interval: u32, taken: &[bool]) {
         let heard: Vec<u128> = self
@@ -634,6 +664,11 @@ fn place(world: Arc<impl WorldKind + Debug + Send + Sync + 'static>) -> Place {
         key: blake3::hash(format!("{world:?}").as_bytes()),
         world,
     }
+}
+
+/// The number of a scenario's world.
+fn number_of(scenario: Light) -> usize {
+    LIGHTS.iter().position(|light| *light == scenario).unwrap_or(0)
 }
 
 /// The middle of a scenario's bin.

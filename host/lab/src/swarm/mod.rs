@@ -77,8 +77,12 @@ pub fn steps(plan: &Plan) -> [u64; 2] {
     let own = &plan.settings;
     let real = u64::from(own.world.robots) * u64::from(SECOND * own.seconds());
     let cycles = u64::from(SECOND * own.clock.interval_s) * u64::from(own.seconds() / own.clock.interval_s);
-    let has_simulators = own.case != Case::Random && plan.kind.has_simulators();
-    [real, if has_simulators { controllers(own) * cycles } else { 0 }]
+    let simulators = if own.case == Case::Random {
+        0
+    } else {
+        plan.kind.simulators()
+    };
+    [real, controllers(own) * cycles * simulators as u64]
 }
 
 /// Controllers of all robots.

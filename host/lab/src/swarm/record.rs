@@ -4,6 +4,9 @@ use oneiro::foraging::Light;
 use oneiro::swarm::Lamp;
 use serde::{Deserialize, Serialize};
 
+/// Places of the light that simulators tell apart.
+pub const LIGHTS: [Light; 3] = [Light::OppositeNest, Light::Nowhere, Light::OverNest];
+
 /// The experiment cases of section 4.1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -90,6 +93,8 @@ pub enum Kind {
     Disparity,
     /// Every robot hears all others, wherever they are.
     HeardByAll,
+    /// All robots have one simulator: the one that best predicted what all of them reached in the last interval.
+    Central,
 }
 
 impl Kind {
@@ -105,11 +110,32 @@ impl Kind {
     ];
 
     /// Other methods.
-    pub const RIVALS: [Self; 4] = [Self::Embodied, Self::EmbodiedRandom, Self::Disparity, Self::HeardByAll];
+    pub const RIVALS: [Self; 5] = [
+        Self::Embodied,
+        Self::EmbodiedRandom,
+        Self::Disparity,
+        Self::HeardByAll,
+        Self::Central,
+    ];
+
+    /// The number of simulators in which a robot evaluates each controller.
+    pub fn simulators(self) -> usize {
+        match self {
+            Self::Embodied | Self::EmbodiedRandom => 0,
+            // With the light at each of its places.
+            Self::Central => LIGHTS.len(),
+            _ => 1,
+        }
+    }
 
     /// Whether robots have simulators, and controllers are chosen in them.
     pub fn has_simulators(self) -> bool {
-        !matches!(self, Self::Embodied | Self::EmbodiedRandom)
+        self.simulators() > 0
+    }
+
+    /// Whether robots exchange what they have.
+    pub fn exchanges(self) -> bool {
+        self != Self::Central
     }
 
     /// Whether simulators only change by exchange, so that each descends from a robot's first one.
@@ -134,6 +160,7 @@ impl Kind {
             Self::EmbodiedRandom => "no simulators, controllers spread at random",
             Self::Disparity => "simulators that predict best spread",
             Self::HeardByAll => "all hear all",
+            Self::Central => "one simulator, from all robots' data",
         }
     }
 }

@@ -121,7 +121,8 @@ pub(crate) static PAIRS_COLUMNS: [Column; 9] = [
 /// A column of a sweep's table of results, and its value.
 type Outcome = OutcomeColumn<fn(&Lived<'_>) -> String>;
 
-/// A run's values in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
+/// A run's values in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`). Those about
+/// simulators are NaN where there are none (`swarm.control`).
 static OUTCOMES: [Outcome; 24] = [
     OutcomeColumn::new(
         Column::whole("brought", "items", "food that all robots brought"),
@@ -167,9 +168,9 @@ static OUTCOMES: [Outcome; 24] = [
         Column::number(
             "late_right",
             "0 to 1",
-            "the fraction of simulators with the light in its true position, in the last fifth of the intervals",
+            "the fraction of simulators with the light in its true position, in the last fifth of the intervals; where `swarm.control` has no simulators, it and all others about them are NaN",
         ),
-        |own| fixed(own.run.share(own.light_at_the_end(), own.last()), 6),
+        |own| own.simulators(own.run.share(own.light_at_the_end(), own.last())),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -177,7 +178,7 @@ static OUTCOMES: [Outcome; 24] = [
             "0 to 1",
             "the same in the ten intervals before the light may move",
         ),
-        |own| fixed(own.run.share(own.light_at_first(), own.before()), 6),
+        |own| own.simulators(own.run.share(own.light_at_first(), own.before())),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -185,7 +186,7 @@ static OUTCOMES: [Outcome; 24] = [
             "0 to 1",
             "in these intervals the fraction with the light where it is at the end",
         ),
-        |own| fixed(own.run.share(own.light_at_the_end(), own.before()), 6),
+        |own| own.simulators(own.run.share(own.light_at_the_end(), own.before())),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -193,7 +194,7 @@ static OUTCOMES: [Outcome; 24] = [
             "0 to 1",
             "the fraction with the light where it is at the end, from when it may move",
         ),
-        |own| fixed(own.run.share(own.light_at_the_end(), own.second()), 6),
+        |own| own.simulators(own.run.share(own.light_at_the_end(), own.second())),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -202,10 +203,9 @@ static OUTCOMES: [Outcome; 24] = [
             "the fraction with the light where it is at the end, after the first fifth of the intervals",
         ),
         |own| {
-            fixed(
+            own.simulators(
                 own.run
                     .share(own.light_at_the_end(), own.intervals() / 5..own.intervals()),
-                6,
             )
         },
     ),
@@ -215,15 +215,15 @@ static OUTCOMES: [Outcome; 24] = [
             "0 to 0.99",
             "the mean gene of simulators in the intervals before the light may move",
         ),
-        |own| fixed(own.run.mean(|robot| robot.s0, 0..own.moves()), 6),
+        |own| own.simulators(own.run.mean(|robot| robot.s0, 0..own.moves())),
     ),
     OutcomeColumn::new(
         Column::number("before_s0", "0 to 0.99", "the same in the last ten of them"),
-        |own| fixed(own.run.mean(|robot| robot.s0, own.before()), 6),
+        |own| own.simulators(own.run.mean(|robot| robot.s0, own.before())),
     ),
     OutcomeColumn::new(
         Column::number("late_s0", "0 to 0.99", "the same in the last fifth of the intervals"),
-        |own| fixed(own.run.mean(|robot| robot.s0, own.last()), 6),
+        |own| own.simulators(own.run.mean(|robot| robot.s0, own.last())),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -231,11 +231,11 @@ static OUTCOMES: [Outcome; 24] = [
             "",
             "the standard deviation of that gene over robots and intervals, from when the light may move",
         ),
-        |own| fixed(own.run.deviation(|robot| robot.s0, own.second()), 6),
+        |own| own.simulators(own.run.deviation(|robot| robot.s0, own.second())),
     ),
     OutcomeColumn::new(
         Column::number("late_s0_deviation", "", "the same in the last fifth of the intervals"),
-        |own| fixed(own.run.deviation(|robot| robot.s0, own.last()), 6),
+        |own| own.simulators(own.run.deviation(|robot| robot.s0, own.last())),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -263,7 +263,7 @@ static OUTCOMES: [Outcome; 24] = [
             "0 to 1",
             "the area under the curve of real fitness for \"the simulator in which the controller was chosen is right\"; NaN if all or none are",
         ),
-        |own| fixed(own.area(), 6),
+        |own| own.simulators(own.area()),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -271,7 +271,7 @@ static OUTCOMES: [Outcome; 24] = [
             "min",
             "the time when at least half of the simulators had the light in its true position, over five intervals, for the first time; the whole time if they never did",
         ),
-        |own| fixed(own.matched(), 6),
+        |own| own.simulators(own.matched()),
     ),
     OutcomeColumn::new(
         Column::number(
@@ -400,6 +400,12 @@ struct Lived<'a> {
 }
 
 impl Lived<'_> {
+    /// A value that is about simulators.
+    fn simulators(&self, value: f64) -> String {
+        let has_some = self.run.kind.has_simulators();
+        fixed(if has_some { value } else { f64::NAN }, 6)
+    }
+
     fn seconds(&self) -> usize {
         self.run.brought.len()
     }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use oneiro::batch::{TraceRequest, WorldKind, Worlds};
+use oneiro::batch::{Rollout, TraceRequest, WorldKind, Worlds};
 use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::Light;
 use oneiro::swarm::Line;
 use oneiro_robots::script::Random;
@@ -495,6 +496,73 @@ fn takeovers_are_those_worked_out_by_hand() {
     assert_eq!((outcome(&run, "takeover_min"), outcome(&run, "lineages")), (5.0, 3.0));
     run.kind = Kind::SimulatorShuffled;
     assert!(outcome(&run, "takeover_min").is_nan() && outcome(&run, "lineages").is_nan());
+}
+
+/// The common simulator has the light where an interval of all robots was best predicted, by simulations that the test makes itself.
+#[test]
+fn a_central_simulator_predicts_best() {
+    const LIGHTS: [Light; 3] = [Light::OppositeNest, Light::Nowhere, Light::OverNest];
+    let mut plan = plan(Case::OverThenOpposite, Kind::Central);
+    plan.settings.minutes = 12;
+    plan.settings.light_moves_minute = 6;
+    let run = run_alone(plan.clone());
+    let mut cpu = Cpu::new(Some(1)).unwrap();
+    let mut chosen = Vec::new();
+    for (interval, both) in run.intervals.windows(2).enumerate() {
+        let mut differences = [0.0; 3];
+        for (light, sum) in LIGHTS.into_iter().zip(&mut differences) {
+            let world = plan.settings.simulator(light);
+            for (robot, own) in both[0].iter().enumerate() {
+                let rollout = Rollout {
+                    world: 0,
+                    genes: &[own.g0, own.g1],
+                    key: oneiro::random::Key::rollout(plan.seed, interval as u64 + 1, robot as u64, 0),
+                };
+                let worlds: [&dyn WorldKind; 1] = [&world];
+                let worlds = Worlds::new(&worlds).unwrap();
+                let batch = worlds.batch(std::slice::from_ref(&rollout), None).unwrap();
+                let said = cpu.evaluate(&batch, &Control::new()).unwrap().fitness[0];
+                *sum += f64::from((said - own.real).abs());
+            }
+        }
+        let next = Light::of_gene(both[1][0].s0);
+        assert!(both[1].iter().all(|own| Light::of_gene(own.s0) == next && !own.taken));
+        let best = (0..3).find(|&at| LIGHTS[at] == next).unwrap();
+        assert!(
+            differences.iter().all(|other| differences[best] <= *other),
+            "{interval}: {differences:?}, {next:?}"
+        );
+        chosen.push(best);
+    }
+    assert!(chosen.contains(&0) && chosen.contains(&2), "{chosen:?}");
+}
+
+#[test]
+fn what_is_about_simulators_is_no_number_without_them() {
+    let outcomes = |kind| {
+        let plan = plan(Case::Over, kind);
+        let named = run_alone(plan.clone()).outcomes(&plan.settings);
+        let missing = named
+            .into_iter()
+            .filter(|(_, value)| value == "NaN")
+            .map(|(name, _)| name);
+        missing.collect::<Vec<_>>()
+    };
+    let missing = outcomes(Kind::Embodied);
+    // Controllers' genes and food are known.
+    let is_about = |name: &str| {
+        ["right", "later", "s0", "area", "matched", "takeover", "lineages"]
+            .iter()
+            .any(|word| name.contains(word))
+    };
+    let mut expected: Vec<_> = tables::outcomes()
+        .into_iter()
+        .map(|column| column.name)
+        .filter(|name| is_about(name))
+        .collect();
+    expected.sort();
+    assert_eq!(missing, expected);
+    assert!(outcomes(Kind::Evolved).iter().all(|name| name == "chosen_area"));
 }
 
 #[test]
