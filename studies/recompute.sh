@@ -208,6 +208,18 @@ oneiro sweep run "$scratch/rivals.toml" --out "$scratch/rivals" --quiet >/dev/nu
 [ "$(wc -l <"$scratch/again.csv")" = 43 ] || fail "two seeds of rivals have other runs"
 ! grep -vxFf studies/odowd2014/rivals/runs.csv "$scratch/again.csv" || fail "these runs of rivals differ (above)"
 
+say "the tables of a central simulator"
+"$python" studies/rivals.py --study central studies/odowd2014/central/runs.csv >"$scratch/printed"
+[ "$(lacks)" = 0 ] || fail "studies/odowd2014/README.md lacks $(lacks) lines of studies/rivals.py --study central"
+sed '2s/[0-9.]*,[0-9.]*$/9,9/' studies/odowd2014/central/runs.csv >"$scratch/central.csv"
+"$python" studies/rivals.py --study central "$scratch/central.csv" >"$scratch/printed"
+[ "$(lacks)" != 0 ] || fail "CONTROL: more food is not noticed"
+sed "s|201..260|201..202|; s|../../../|$PWD/|" studies/odowd2014/central/central.toml >"$scratch/central.toml"
+oneiro sweep run "$scratch/central.toml" --out "$scratch/central" --quiet >/dev/null
+"$python" studies/rivals.py --study central "$scratch/central/results.csv" --keep "$scratch/again.csv" >/dev/null
+[ "$(wc -l <"$scratch/again.csv")" = 25 ] || fail "two seeds of a central simulator have other runs"
+! grep -vxFf studies/odowd2014/central/runs.csv "$scratch/again.csv" || fail "these runs of a central simulator differ (above)"
+
 say "foraging runs from their files"
 # foraging NAME SETTING..: a run of five minutes, computed again.
 foraging() {
