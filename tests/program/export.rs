@@ -299,10 +299,21 @@ fn another_trial_begins_elsewhere() {
         "--seed",
         "7",
         "--trials",
-        "4",
+        "7",
         "--traces",
         "traces",
     ]);
+    // Each of five worlds has a start, in turns.
+    assert!(table.starts_with("genome,trial,fitness,bits,world\n"), "{table}");
+    let mut starts = Vec::new();
+    for (trial, row) in table.lines().skip(1).enumerate() {
+        assert!(row.ends_with(&format!(",{}", trial % 5)), "{row}");
+        let trace = place.text(format!("traces/trace-0-{trial}.csv"));
+        let first = trace.lines().nth(1).unwrap().split(',').skip(1).take(3);
+        starts.push(first.collect::<Vec<_>>().join(","));
+    }
+    assert_eq!((&starts[0], &starts[1]), (&starts[5], &starts[6]));
+    assert!(starts[0] != starts[1] && starts[1] != starts[4]);
     let mut all = std::collections::BTreeSet::new();
     for trial in ["0", "1", "3"] {
         let file = format!("trial_{trial}.c");
@@ -321,7 +332,7 @@ fn another_trial_begins_elsewhere() {
             .lines()
             .find(|line| line.starts_with(&format!("0,{trial},")))
             .unwrap();
-        let bits = row.rsplit(',').next().unwrap();
+        let bits = row.split(',').nth(3).unwrap();
         assert!(place.text(&file).contains(&format!("!= 0x{bits}u")), "{trial}: {bits}");
         all.insert(bits.to_owned());
         if let Some(code) = checked_by(&place, &file, "own_check_world") {

@@ -229,10 +229,7 @@ fn invalid_values_are_refused_by_key() {
             "swarm.messages.topology=ring swarm.messages.heard=0.2",
             "swarm.messages.heard: is 0.2, which has no effect; allowed: only with swarm.messages.topology = \"encounters\"",
         ),
-        (
-            "swarm.messages.topology=star",
-            "allowed: encounters, all, ring or torus",
-        ),
+        ("swarm.messages.topology=star", "allowed: encounters, all, ring, torus"),
         (
             "swarm.messages.migration=1.5",
             "swarm.messages.migration: is 1.5; allowed: 0 to 1",

@@ -118,6 +118,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
                 .into_iter()
                 .map(|fitness| (fitness, Measures::default()))
                 .collect(),
+            worlds: None,
             measures: Vec::new(),
         };
         sink.take(&table, console)?;
@@ -190,6 +191,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         summary: arguments.rows.summary,
         trials,
         results,
+        worlds: lives.variants(),
         measures: [measures, each].concat(),
     };
     device::tell_warnings(evaluator.as_ref(), console);
@@ -350,6 +352,8 @@ struct Table {
     summary: bool,
     trials: usize,
     results: Vec<Lived>,
+    /// The world of each, if worlds vary.
+    worlds: Option<Vec<usize>>,
     /// Measures that were requested.
     measures: Vec<Descriptor>,
 }
@@ -372,6 +376,11 @@ static SUMMARY: [Column; 6] = [
     ),
     Column::number("high", "", "its upper end"),
 ];
+static WORLD: Column = Column::whole(
+    "world",
+    "",
+    "the number of its world, from 0, where worlds or starts vary from trial to trial",
+);
 static SOURCE: Column = Column::text("source", "the file that has the genome");
 
 impl Table {
@@ -472,6 +481,9 @@ impl Table {
                 "fitness": decimal(*fitness),
                 "bits": format!("{:08x}", fitness.to_bits()),
             });
+            if let Some(worlds) = &self.worlds {
+                row[&*WORLD.name] = worlds[genome * self.trials + trial].into();
+            }
             for descriptor in &self.measures {
                 row[&*descriptor.column.name] = serde_json::from_str(&descriptor.cell(measures)).unwrap_or_default();
             }
@@ -492,8 +504,11 @@ impl Table {
         }
         let measures = self.measures.iter().map(|descriptor| &descriptor.column);
         let source = self.sources.iter().map(|_| &SOURCE);
-        let mut csv = Csv::new(OWN.iter().chain(measures).chain(source));
+        let world = self.worlds.iter().map(|_| &WORLD);
+        let mut csv = Csv::new(OWN.iter().chain(world).chain(measures).chain(source));
         for (genome, trial, (fitness, measures)) in self.rows() {
+            let worlds = self.worlds.iter();
+            let world = worlds.map(|worlds| worlds[genome * self.trials + trial].to_string());
             let own = [
                 genome.to_string(),
                 trial.to_string(),
@@ -502,7 +517,7 @@ impl Table {
             ];
             let numbers = self.measures.iter().map(|descriptor| descriptor.cell(measures));
             let source = self.sources.iter().map(|sources| sources[genome].clone());
-            csv.row(own.into_iter().chain(numbers).chain(source));
+            csv.row(own.into_iter().chain(world).chain(numbers).chain(source));
         }
         csv.text()
     }

@@ -110,6 +110,20 @@ impl Lives<'_> {
             * u64::from(self.worlds[0].robots())
     }
 
+    /// The number of the world that each episode has among its variants, by genome; none if worlds don't vary.
+    pub fn variants(&self) -> Option<Vec<usize>> {
+        if self.worlds.iter().all(|world| world.variants().len() == 1) {
+            return None;
+        }
+        let mut all = vec![0; self.genomes.len() * self.count];
+        for index in 0..all.len() {
+            let LifeIndex { genome, number } = self.at(index);
+            let world = &self.worlds[if self.worlds.len() == 1 { 0 } else { number }];
+            all[self.place(index)] = world.variant(self.keys.of(genome, number));
+        }
+        Some(all)
+    }
+
     /// Fitness of each episode, by genome.
     ///
     /// # Errors
