@@ -559,6 +559,7 @@ mod tests {
             summary: false,
             trials: 2,
             results: [1.5, -0.1, 0.0, 3.0].map(|fitness| (fitness, own.clone())).into(),
+            worlds: None,
             measures: if measures { descriptors(&world) } else { Vec::new() },
         }
     }

@@ -2,7 +2,7 @@
 //! it. The transport of messages is behind one trait.
 
 pub mod contact;
-pub mod links;
+pub(crate) mod links;
 pub(crate) mod pairs;
 pub mod radio;
 
