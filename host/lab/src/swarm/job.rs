@@ -580,7 +580,7 @@ impl State {
         self.seconds.get(last).map_or(0.0, |second| second.earned_after[robot])
     }
 
-    /// The light's place with which simulators predicted best what all robots reached in an interval: with the least sum of differences.
+    /// The light's place with which simulators predicted best what all robots reached in an interval: with the smallest sum of differences.
     fn best_light(&self, interval: u32) -> Light {
         let difference = |world: usize| -> f64 {
             let robots = self.predicted.iter().enumerate();
