@@ -20,6 +20,10 @@ pub struct Order<'a> {
     /// One genome of the experiment, and where it is from.
     pub genome: &'a [f32],
     pub from: &'a str,
+    /// The hash of the results of the run whose champion it is.
+    pub result: Option<&'a str>,
+    /// The command that exports it.
+    pub command: Option<&'a str>,
     /// Options of `oneiro evaluate` that make the same experiment.
     pub set: &'a str,
     /// The robot of a swarm.
@@ -145,6 +149,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         experiment,
         genome,
         from,
+        result,
         set,
         number,
         target,
@@ -180,19 +185,23 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         0 => ", robot 0".to_owned(),
         other => format!(", of robot {other} (the traces have robot 0)"),
     };
-    let origin = [
+    let of_run = result.map_or_else(String::new, |result| {
+        format!(", the champion of the run with the result {}", &result[..16])
+    });
+    let mut origin = vec![
         format!(
             "Experiment: {} (with seed {seed}: {})",
             experiment.name(),
             &identity[..16]
         ),
         format!(
-            "Genome: {from} (its {} genes: {})",
+            "Genome: {from} (its {} genes: {}){of_run}",
             genome.len(),
             &blake3::hash(&bytes).to_hex()[..16]
         ),
         format!("Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {trial}{robot}"),
     ];
+    origin.extend(order.command.map(|command| format!("Made by: {command}")));
     // A target with other bits doesn't check them, but may say how near it comes in the whole episode.
     let chosen = if target.is_exact {
         spread(&cycles, order.checks)

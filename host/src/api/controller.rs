@@ -94,6 +94,8 @@ impl Controllers {
             experiment,
             genome: &self.genomes,
             from: "a genome from Python",
+            result: None,
+            command: None,
             set: "",
             number: self.number,
             target,

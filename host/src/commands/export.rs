@@ -6,7 +6,7 @@ use oneiro::export::Target;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files;
+use oneiro_base::{files, program};
 use oneiro_evolve::Population;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::exported::{self, Order};
@@ -23,6 +23,8 @@ struct Subject {
     experiment: Experiment,
     genome: Vec<f32>,
     from: String,
+    /// The hash of the results of the run whose champion it is.
+    result: Option<String>,
     seed: u64,
 }
 
@@ -33,6 +35,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         experiment,
         genome,
         from,
+        result,
         seed,
     } = subject(arguments, console)?;
     let name = match &arguments.name {
@@ -44,6 +47,8 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         experiment: &experiment,
         genome: &genome,
         from: &from,
+        result: result.as_deref(),
+        command: Some(&program::command()),
         set: &settings_typed(&arguments.set),
         number: arguments.number,
         target,
@@ -118,6 +123,7 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
             genome: read(genome, &experiment)?,
             from: genome.display().to_string(),
             experiment,
+            result: None,
             seed: 1,
         });
     }
@@ -142,11 +148,17 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
         let champion = genomes::by_name(path, own, champion, experiment.world().gene_layout())?;
         (only(path, &champion)?, path.display().to_string())
     };
+    let result = if arguments.genome.is_none() {
+        run.result()?
+    } else {
+        None
+    };
     Ok(Subject {
         seed: run.seed(),
         experiment,
         genome,
         from,
+        result,
     })
 }
 
