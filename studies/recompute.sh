@@ -220,6 +220,21 @@ oneiro sweep run "$scratch/central.toml" --out "$scratch/central" --quiet >/dev/
 [ "$(wc -l <"$scratch/again.csv")" = 25 ] || fail "two seeds of a central simulator have other runs"
 ! grep -vxFf studies/odowd2014/central/runs.csv "$scratch/again.csv" || fail "these runs of a central simulator differ (above)"
 
+say "the tables of islands"
+"$python" studies/islands.py studies/odowd2014/islands/runs.csv >"$scratch/printed"
+[ "$(grep -c '^|' "$scratch/printed")" = 114 ] || fail "studies/islands.py prints other tables"
+[ "$(lacks)" = 0 ] || fail "studies/odowd2014/README.md lacks $(lacks) lines of studies/islands.py"
+awk -F, -v OFS=, '/^over,10,all,1.0,evolved/ { $NF = 9 } { print }' studies/odowd2014/islands/runs.csv >"$scratch/islands.csv"
+"$python" studies/islands.py "$scratch/islands.csv" >"$scratch/printed"
+[ "$(lacks)" != 0 ] || fail "CONTROL: later takeovers are not noticed"
+# One seed of ten robots again, bit for bit.
+sed "s|101..130|101..101|; s|../../../|$PWD/|" studies/odowd2014/islands/islands.toml |
+    awk '/^\[\[list\]\]/ && ++lists == 2 { skip = 1 } /^\[grid\]/ { skip = 0 } !skip' >"$scratch/islands.toml"
+oneiro sweep run "$scratch/islands.toml" --out "$scratch/islands" --quiet >/dev/null
+"$python" studies/islands.py "$scratch/islands/results.csv" --keep "$scratch/again.csv" >/dev/null 2>&1 || true
+[ "$(wc -l <"$scratch/again.csv")" = 65 ] || fail "a seed of islands has other runs"
+! grep -vxFf studies/odowd2014/islands/runs.csv "$scratch/again.csv" || fail "these runs of islands differ (above)"
+
 say "foraging runs from their files"
 # foraging NAME SETTING..: a run of five minutes, computed again.
 foraging() {
