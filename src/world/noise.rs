@@ -28,6 +28,11 @@ pub struct Noise {
 }
 
 impl Noise {
+    /// Whether a number of a world, by its key in files, is noise that a world may have or not.
+    pub fn is_key(key: &str) -> bool {
+        key.starts_with("noise.") || key.ends_with("_noise")
+    }
+
     /// The paper's condition without noise.
     pub const NONE: Self = Self {
         sensor: (0.0, 0.0),

@@ -23,6 +23,24 @@ pub struct Varied {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ByKey(pub Vec<(String, Datum)>);
 
+impl Varied {
+    /// The keys of numbers that are drawn, each with the table that says so.
+    pub fn keys(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        let varied = self.vary.0.iter().map(|(key, _)| ("worlds.vary", key.as_str()));
+        varied.chain(self.choose.0.iter().map(|(key, _)| ("worlds.choose", key.as_str())))
+    }
+
+    /// Without the numbers whose keys are dropped.
+    pub fn retain(&mut self, is_kept: impl Fn(&str) -> bool) {
+        for own in [&mut self.vary, &mut self.choose] {
+            own.0.retain(|(key, _)| is_kept(key));
+        }
+        if self.vary.0.is_empty() && self.choose.0.is_empty() {
+            *self = Self::default();
+        }
+    }
+}
+
 impl Field for ByKey {
     fn get(&self) -> Option<Datum> {
         (!self.0.is_empty()).then(|| Datum::Table(self.0.clone()))

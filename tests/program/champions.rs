@@ -452,6 +452,77 @@ fn traces_say_what_noise_does() {
 }
 
 /// Without noise, lives from the same start are identical; with noise they differ.
+/// Where noise is drawn for each world, it is left out too; a setting of a drawn number would have no effect.
+#[test]
+fn drawn_noise_is_noise_and_drawn_numbers_are_not_set() {
+    let place = Place::new("drawn");
+    place.write(
+        "varied.toml",
+        "cycles = 60
+[robot]
+preset = \"epuck\"
+[arena]
+width_mm = 1000.0
+height_mm = 700.0
+obstacles = [{ x_mm = 400.0, y_mm = 350.0, radius_mm = 40.0 }, { x_mm = 600.0, y_mm = 350.0, radius_mm = 40.0 }]
+[start]
+kind = \"zone\"
+x_mm = 100.0
+y_mm = 100.0
+radius_mm = 40.0
+[worlds]
+count = 8
+[worlds.vary]
+\"arena.obstacles[].x_mm\" = [250.0, 750.0]
+\"noise.sensor\" = [[-0.05, 0.0], [0.0, 0.05]]
+",
+    );
+    let bits = |more: &[&str]| {
+        let table = place.good(
+            &[
+                &[
+                    "evaluate",
+                    "varied.toml",
+                    "--random",
+                    "4",
+                    "--trials",
+                    "6",
+                    "--seed",
+                    "2",
+                ],
+                more,
+            ]
+            .concat(),
+        );
+        let rows = table
+            .lines()
+            .skip(1)
+            .map(|row| row.split(',').nth(3).unwrap().to_owned());
+        rows.collect::<Vec<_>>()
+    };
+    let obstacles = "worlds.vary={\"arena.obstacles[].x_mm\"=[250.0, 750.0]}";
+    let without = bits(&["--noise", "off"]);
+    assert_eq!(without, bits(&["--set", obstacles, "--noise", "off"]));
+    assert_ne!(without, bits(&[]));
+    for set in ["noise.sensor=[0.0, 0.1]", "arena.obstacles[1].x_mm=300.0"] {
+        let key = set.split('=').next().unwrap();
+        place
+            .run(&["check", "varied.toml", "--set", set])
+            .exits(3)
+            .says(&[&format!("{key}: has no effect, as worlds.vary draws ")]);
+    }
+    place.good(&[
+        "check",
+        "varied.toml",
+        "--set",
+        obstacles,
+        "--set",
+        "noise.sensor=[0.0, 0.1]",
+    ]);
+    let said = place.good(&["check", "varied.toml"]);
+    assert!(said.contains("; noise.sensor drawn for each world"), "{said}");
+}
+
 #[test]
 fn noise_can_be_switched_off() {
     let place = Place::new("noise");

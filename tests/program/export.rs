@@ -216,7 +216,7 @@ fn what_cannot_be_exported_is_refused() {
     refused(
         3,
         &["out", "--to", "c", "--number", "1"],
-        &["--number: is 1; allowed: 0 to 0"],
+        &["--number: is 1; allowed: 0, as there is one robot"],
     );
     refused(2, &["out", "--to", "c", "--checks", "0"], &["from 1 to 1000"]);
     refused(

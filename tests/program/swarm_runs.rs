@@ -235,6 +235,14 @@ fn invalid_values_are_refused_by_key() {
             "swarm.messages.migration: is 1.5; allowed: 0 to 1",
         ),
         (
+            "swarm.control=central",
+            "swarm.clock.offset_s: is 5; allowed: 0 with this swarm.control",
+        ),
+        (
+            "swarm.control=central swarm.clock.offset_s=0 swarm.messages.range_mm=100",
+            "swarm.messages.range_mm: is 100, which has no effect; allowed: only with another swarm.control: there robots exchange nothing",
+        ),
+        (
             "swarm.control=heard-by-all swarm.messages.migration=0.5",
             "swarm.messages.migration: is 0.5, which has no effect",
         ),

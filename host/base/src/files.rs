@@ -12,7 +12,7 @@ use oneiro::parameter;
 
 use crate::disk::TEMPORARY;
 use crate::exit::{Failure, Result};
-use crate::plain;
+use crate::{plain, program};
 
 /// Maximum bytes of a user's file: an experiment, a sweep, or a part. Reading one takes up to 300 times as much memory.
 pub const GREATEST_TEXT: usize = 1 << 20;
@@ -317,6 +317,13 @@ fn exists(path: &Path) -> Failure {
 /// The lines of a text that have an end.
 pub fn whole_lines(text: &str) -> &str {
     &text[..text.rfind('\n').map_or(0, |end| end + 1)]
+}
+
+/// The command that called this program, as a shell takes it.
+pub fn command() -> String {
+    let words = program::words().into_iter().skip(1);
+    let words: Vec<String> = words.map(|word| for_shell(&word.to_string_lossy())).collect();
+    format!("oneiro {}", words.join(" "))
 }
 
 /// Quotes a word for a shell.

@@ -6,8 +6,6 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use crate::files::for_shell;
-
 /// A call of this program by another one, which it is a part of.
 struct Call {
     path: PathBuf,
@@ -26,13 +24,6 @@ pub fn called_by(path: PathBuf, words: Vec<OsString>) {
 pub fn words() -> Vec<OsString> {
     CALL.get()
         .map_or_else(|| env::args_os().collect(), |call| call.words.clone())
-}
-
-/// The command that it was called by, as a shell takes it.
-pub fn command() -> String {
-    let words = words().into_iter().skip(1);
-    let words: Vec<String> = words.map(|word| for_shell(&word.to_string_lossy())).collect();
-    format!("oneiro {}", words.join(" "))
 }
 
 /// The executable file that starts this program.

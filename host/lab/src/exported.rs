@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use oneiro::cpu::Cpu;
 use oneiro::export::{Also, Controller, Form, Recorded, TARGETS, Target};
+use oneiro::parameter::Invalid;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::{files, plain};
 
@@ -163,13 +164,18 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     // Starts and values may vary from trial to trial.
     let world = &experiment.world().variants()[experiment.world().variant(key)];
     if number >= world.robots() {
-        let problem = format_args!("--number: is {number}; allowed: 0 to {}", world.robots() - 1);
+        let allowed = match world.robots() {
+            1 => "0, as there is one robot".to_owned(),
+            robots => format!("0 to {}", robots - 1),
+        };
+        let problem = format_args!("--number: is {number}; allowed: {allowed}");
         return Err(Failure::input(problem));
     }
     let mut controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
     if let Some((also, label)) = also {
-        let refused = |invalid| Failure::input(format_args!("{label}: {from}: {invalid}"));
+        let refused =
+            |invalid: Invalid| Failure::input(format_args!("{label}: the world of {from} {}", invalid.problem));
         controller = controller.with_world(also, key).map_err(refused)?;
     }
     let cycles = controller.record(&mut cpu, key).map_err(|error| refused(&error))?;
@@ -201,6 +207,13 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         ),
         format!("Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {trial}{robot}"),
     ];
+    let worlds = experiment.world().variants().len();
+    if worlds > 1 {
+        let number = experiment.world().variant(key);
+        origin.push(format!(
+            "World: number {number} of {worlds} (from 0), as all numbers and starts here are those of that trial"
+        ));
+    }
     origin.extend(order.command.map(|command| format!("Made by: {command}")));
     // A target with other bits doesn't check them, but may say how near it comes in the whole episode.
     let chosen = if target.is_exact {

@@ -254,7 +254,11 @@ fn experiment_and_seed(arguments: &Evaluate, named: &[Named], scores: bool) -> R
 /// Takes the noise out of a world, and names what keeps some.
 fn without_noise(spec: &mut WorldSpec) -> Option<String> {
     spec.noise = world::Noise::NONE;
+    spec.varied.retain(|key| !world::Noise::is_key(key));
     let mut kept = Vec::new();
+    if spec.varied.keys().any(|(_, key)| key.starts_with("robot.grey_")) {
+        kept.push("drawn robot.grey_ readings keep their deviations");
+    }
     match &mut spec.robot.build {
         Build::Sampled => (),
         Build::Differential(own) => {

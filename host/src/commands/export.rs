@@ -6,7 +6,7 @@ use oneiro::export::Target;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::{files, program};
+use oneiro_base::files;
 use oneiro_evolve::Population;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::exported::{self, Order};
@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Export, console: Console) -> Result {
         genome: &genome,
         from: &from,
         result: result.as_deref(),
-        command: Some(&program::command()),
+        command: Some(&files::command()),
         set: &settings_typed(&arguments.set),
         number: arguments.number,
         target,

@@ -9,7 +9,7 @@ use crate::contents::README;
 use crate::disk::{self, LOCK, TEMPORARY};
 use crate::exit::{Failure, Result};
 use crate::files;
-use crate::{plain, program};
+use crate::plain;
 
 /// A kind of directory.
 pub struct Form<'a> {
@@ -209,7 +209,7 @@ impl Filling {
     /// # Errors
     /// Exit 3 if it holds anything else, or another command's or a running one's files; exit 6.
     pub fn begin(option: &str, directory: &Path, is_own: impl Fn(&str) -> bool) -> Result<Self> {
-        let command = program::command() + "\n";
+        let command = files::command() + "\n";
         let place = format!("{option} {}", directory.display());
         files::must_not_be_file(directory)?;
         let path = directory.join(Self::FILE);

@@ -13,7 +13,8 @@ pub enum Topology {
     All,
     /// Those with the numbers before and after its own.
     Ring,
-    /// Its four neighbours in a grid without borders, the most square one that the number of robots divides into.
+    /// Its neighbours in a grid without borders, the most square one that the number of robots divides into: four if both sides have
+    /// three robots or more.
     Torus,
 }
 
@@ -25,7 +26,7 @@ impl Choice for Topology {
         (
             "torus",
             Self::Torus,
-            "its four neighbours in a grid without borders, by their numbers: the most square grid that the number of robots divides into",
+            "its neighbours in a grid without borders, by their numbers: the most square grid that the number of robots divides into; four of them, fewer where a side has less than three robots",
         ),
     ];
 }

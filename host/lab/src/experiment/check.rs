@@ -7,12 +7,14 @@ use oneiro::differential::{Build, Differential, Feature, Sensor};
 use oneiro::parameter::Invalid;
 use oneiro::world::{Gene, World};
 use oneiro_base::console::counted;
+use oneiro_base::exit::Result;
 use oneiro_evolve::settings::{self as optimiser, Surroundings};
 
 use super::settings::{ArenaSize, Finalists, PictureFile, Settings, Transfer};
+use super::source::Source;
 use crate::lives::measures;
 
-pub(super) type Checked = Result<(), Invalid>;
+pub(super) type Checked = std::result::Result<(), Invalid>;
 
 pub(super) fn invalid(key: &str, problem: impl Display) -> Checked {
     Err(Invalid {
@@ -27,6 +29,31 @@ pub(super) fn check(settings: &Settings) -> Checked {
     arena(settings)?;
     finalists(settings.finalists)?;
     reality(&settings.reality)
+}
+
+/// Checks that no setting gives a number that is drawn for each world.
+///
+/// # Errors
+/// Exit 3: its place and its key.
+pub(super) fn drawn(settings: &Settings, source: &Source<'_>) -> Result {
+    for (table, drawn) in settings.world.varied.keys() {
+        if let Some(key) = source.given_over(table, |key| is_one_of(key, drawn)) {
+            let problem = format_args!("has no effect, as {table} draws {drawn}; allowed: --set '{table}={{..}}'");
+            return Err(source.invalid(key, problem));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a key is another one, or one of those that it stands for: `[]` in it is any element.
+fn is_one_of(key: &str, several: &str) -> bool {
+    let mut parts = several.split("[]");
+    let mut rest = parts.next().and_then(|first| key.strip_prefix(first));
+    for part in parts {
+        let element = rest.and_then(|rest| rest.strip_prefix('[')?.split_once(']'));
+        rest = element.and_then(|(_, after)| after.strip_prefix(part));
+    }
+    rest == Some("")
 }
 
 fn reality(transfer: &Transfer) -> Checked {

@@ -163,6 +163,7 @@ impl Experiment {
             return Err(source.invalid("arena.walls", format_args!("is empty; {allowed}")));
         }
         check::check(&settings).map_err(refused)?;
+        check::drawn(&settings, source)?;
         let directory = path.parent().unwrap_or(Path::new(""));
         let hashes = settings.files.clone();
         let mut inputs = Inputs::new(directory, source, &settings, &hashes, files);

@@ -417,6 +417,11 @@ fn check(file: &File) -> Checked {
         offset_s,
         installed_s,
     } = file.swarm.clock;
+    if file.control == Kind::Central && offset_s > 0 {
+        let problem =
+            format!("is {offset_s}; allowed: 0 with this swarm.control, which compares an interval of all robots");
+        return invalid("swarm.clock.offset_s", problem);
+    }
     if !file.control.has_simulators() && offset_s > 0 {
         let problem = format!(
             "is {offset_s}; allowed: 0 with this swarm.control, where a controller that was received takes over at once"

@@ -277,7 +277,7 @@ static OUTCOMES: [Outcome; 24] = [
         Column::number(
             "takeover_min",
             "min",
-            "the time when all simulators descended from one robot's first simulator; the whole time if they never did, NaN if something else than exchange changes simulators",
+            "the time when all simulators of an interval descended from one robot's first simulator; the whole time if they never did, NaN if something else than exchange changes simulators",
         ),
         |own| fixed(own.takeover(), 6),
     ),
@@ -402,7 +402,7 @@ struct Lived<'a> {
 impl Lived<'_> {
     /// A value that is about simulators.
     fn simulators(&self, value: f64) -> String {
-        let has_some = self.run.kind.has_simulators();
+        let has_some = self.run.kind.has_simulators() && !self.run.intervals.is_empty();
         fixed(if has_some { value } else { f64::NAN }, 6)
     }
 

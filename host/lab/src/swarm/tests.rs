@@ -41,7 +41,7 @@ fn small(case: Case) -> Settings {
 
 fn plan(case: Case, kind: Kind) -> Plan {
     let mut settings = small(case);
-    if !kind.has_simulators() {
+    if !kind.has_simulators() || kind == Kind::Central {
         settings.clock.offset_s = 0;
     }
     Plan {

@@ -9,7 +9,7 @@ use oneiro::differential::{Build, Differential, SensorKind};
 use oneiro::foraging::{Forager, Foraging};
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSORS;
-use oneiro::world::{Drawn, Noise, Robot, Start, WorldSpec};
+use oneiro::world::{Drawn, Noise, Robot, Start, Varied, WorldSpec};
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{counted, decimal};
 use oneiro_base::exit::Result;
@@ -179,7 +179,8 @@ fn summary(experiment: &Experiment) -> String {
         ("sensors", sensors(&spec.robot, spec.own.get(Kind::Sensor))),
         (
             "noise",
-            foragers_noise(&spec.robot).unwrap_or_else(|| noise(spec.noise, &spec.robot, &spec.own)),
+            foragers_noise(&spec.robot).unwrap_or_else(|| noise(spec.noise, &spec.robot, &spec.own))
+                + &drawn_noise(&spec.varied),
         ),
         (
             "controller",
@@ -402,6 +403,20 @@ fn arena(spec: &WorldSpec) -> String {
         picture.unwrap_or_default(),
         counted_if_any(arena.patches.len(), "floor patch", "floor patches"),
     )
+}
+
+/// Which noise differs from world to world.
+fn drawn_noise(varied: &Varied) -> String {
+    let keys: Vec<&str> = varied
+        .keys()
+        .map(|(_, key)| key)
+        .filter(|key| Noise::is_key(key))
+        .collect();
+    if keys.is_empty() {
+        String::new()
+    } else {
+        format!("; {} drawn for each world", keys.join(", "))
+    }
 }
 
 /// The noise of one forager.
