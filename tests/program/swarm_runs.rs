@@ -30,7 +30,9 @@ fn each_case_is_an_experiment() {
     let place = Place::new("cases");
     for case in CASES {
         let file = experiment(case);
-        place.good(&["check", &file]);
+        let said = place.good(&["check", &file]);
+        let evolves = "  method      as the paper\n  messages    encounters, migration 1\n";
+        assert_eq!(said.contains(evolves), case != "random", "{said}");
         let mut set = vec!["--set", "swarm.minutes=4"];
         if case.contains("-then-") {
             set.extend(["--set", "swarm.light_moves_minute=2"]);

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use oneiro::batch::{WorldKind, Worlds};
 use oneiro::foraging::Light;
+use oneiro::parameter::Choice;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::Bars;
 use oneiro_base::console::counted;
@@ -20,11 +21,12 @@ use super::{Audit, Experiment, Recorded, Recording, Replay, Shown, Summary, Tabl
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
 use crate::engine::watcher::Watcher;
+use crate::exchange::links::Links;
 use crate::experiment::source::LeftOut;
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
-use crate::swarm::record::{Case, Run};
+use crate::swarm::record::{Case, Kind, Run};
 use crate::swarm::tables::{
     CONTROLLERS, CONTROLLERS_COLUMNS, DEPOSITS, DEPOSITS_COLUMNS, FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS,
     PAIRS, PAIRS_COLUMNS, outcomes,
@@ -297,8 +299,17 @@ impl Experiment for SwarmExperiment {
             "robot_steps": Experiment::steps(self),
             "settings": self.values()["swarm"],
         });
+        let kind = self.plan(0).kind;
+        let mut evolves = String::new();
+        if settings.case != Case::Random {
+            evolves += &format!("  method      {}\n", kind.title());
+            if kind.exchanges() && kind != Kind::HeardByAll {
+                let Links { topology, migration } = settings.links;
+                evolves += &format!("  messages    {}, migration {migration}\n", topology.word());
+            }
+        }
         let text = format!(
-            "{} is valid\n  case        {}\n  robots      {}, for {}\n  arena       radius {} mm\n  work        \
+            "{} is valid\n  case        {}\n{evolves}  robots      {}, for {}\n  arena       radius {} mm\n  work        \
              {:.1} million robot-steps a run",
             self.name(),
             settings.case.title(),
