@@ -347,7 +347,7 @@ const DRIVEN: [Driven; 6] = [
     },
     Driven {
         target: "python",
-        programs: &[&["python3"]],
+        programs: &[&["python3", "-B"]],
         driver: "driver.py",
         each: PYTHON,
     },
