@@ -3,6 +3,7 @@
 mod replay;
 mod report;
 
+use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -302,10 +303,11 @@ impl Experiment for SwarmExperiment {
         let kind = self.plan(0).kind;
         let mut evolves = String::new();
         if settings.case != Case::Random {
-            evolves += &format!("  method      {}\n", kind.title());
+            // Writing to a string can't fail.
+            let _ = writeln!(evolves, "  method      {}", kind.title());
             if kind.exchanges() && kind != Kind::HeardByAll {
                 let Links { topology, migration } = settings.links;
-                evolves += &format!("  messages    {}, migration {migration}\n", topology.word());
+                let _ = writeln!(evolves, "  messages    {}, migration {migration}", topology.word());
             }
         }
         let text = format!(
