@@ -24,7 +24,7 @@ pub struct Varied {
 pub struct ByKey(pub Vec<(String, Datum)>);
 
 impl Varied {
-    /// The keys of numbers that are drawn, each with the table that says so.
+    /// The keys of drawn numbers, each with the table that names it.
     pub fn keys(&self) -> impl Iterator<Item = (&'static str, &str)> {
         let varied = self.vary.0.iter().map(|(key, _)| ("worlds.vary", key.as_str()));
         varied.chain(self.choose.0.iter().map(|(key, _)| ("worlds.choose", key.as_str())))

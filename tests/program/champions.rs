@@ -452,7 +452,7 @@ fn traces_say_what_noise_does() {
 }
 
 /// Without noise, lives from the same start are identical; with noise they differ.
-/// Where noise is drawn for each world, it is left out too; a setting of a drawn number would have no effect.
+/// Drawn noise is also left out; a setting of a drawn number would have no effect.
 #[test]
 fn drawn_noise_is_noise_and_drawn_numbers_are_not_set() {
     let place = Place::new("drawn");

@@ -68,7 +68,7 @@ impl Links {
         migration: 1.0,
     };
 
-    /// The robots that each robot hears of those that it would hear, a bit each: the links that are open in an interval of its own.
+    /// Whom each robot can hear in an interval, by its clock: its links, and those of them that are open.
     pub(crate) fn open(&self, seed: u64, interval: u32, robots: usize) -> Vec<Heard> {
         let mut random = stream(seed, Stream::Migration, interval);
         let mut drawn = |_| {
@@ -89,7 +89,7 @@ pub(crate) struct Heard {
 }
 
 impl Heard {
-    /// Those that it hears where it meets these.
+    /// The senders of the received messages, a bit each; `met` has the robots in range.
     pub(crate) fn of(self, met: u128) -> u128 {
         self.linked.unwrap_or(met) & self.open
     }

@@ -31,7 +31,7 @@ pub(super) fn check(settings: &Settings) -> Checked {
     reality(&settings.reality)
 }
 
-/// Checks that no setting gives a number that is drawn for each world.
+/// Checks that no setting gives a drawn number.
 ///
 /// # Errors
 /// Exit 3: its place and its key.

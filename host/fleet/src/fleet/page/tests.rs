@@ -277,7 +277,7 @@ fn a_browser_shows_what_is_new() {
         const drawn = () => window.oneiro.drawn(Number(document.getElementById('when').value)).robots.map(({ name }) => name);\n\
         const press = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\n\
         const acts = [];\n\
-        // News are words at once; what is drawn comes with the next frame.\n\
+        // News are there at once, a drawing with the next frame.\n\
         const tell = async () => { await soon(50); acts.push([at('clock'), at('news'), rows(), drawn()]); };\n\
         await until(() => at('news') === 'The end.'); await tell();\n\
         press('ArrowLeft'); await until(() => at('clock') === '0:02 of 0:03'); await soon(1200); await tell();\n\
