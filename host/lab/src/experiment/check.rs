@@ -37,7 +37,7 @@ pub(super) fn check(settings: &Settings) -> Checked {
 /// Exit 3: its place and its key.
 pub(super) fn drawn(settings: &Settings, source: &Source<'_>) -> Result {
     for (table, drawn) in settings.world.varied.keys() {
-        if let Some(key) = source.given_over(table, |key| is_one_of(key, drawn)) {
+        if let Some(key) = source.given_over(&format!("{table}.{drawn}"), |key| is_one_of(key, drawn)) {
             let problem = format_args!("has no effect, as {table} draws {drawn}; allowed: --set '{table}={{..}}'");
             return Err(source.invalid(key, problem));
         }

@@ -409,12 +409,12 @@ impl<'a> Source<'a> {
         keys.filter(move |own| is_below(own) && !(self.file.is_recorded && self.rank_of(own) == Some(0)))
     }
 
-    /// A key among those wanted that a setting of a higher rank gives than the one that gives `other`.
+    /// A key among those wanted that a setting gives, if none of a higher rank gives `other`.
     pub fn given_over(&self, other: &str, is_wanted: impl Fn(&str) -> bool) -> Option<&str> {
         let rank = self.given(other).filter_map(|key| self.rank_of(key)).max().unwrap_or(0);
         let keys = self.keys().iter().map(|known| &*known.path);
         keys.filter(|key| is_wanted(key))
-            .find(|key| self.rank_of(key).is_some_and(|own| own > rank))
+            .find(|key| self.rank_of(key).is_some_and(|own| own >= rank.max(1)))
     }
 
     /// Whether all values are those of a file that the program has written.
