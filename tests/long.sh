@@ -54,7 +54,7 @@ long --test program classics::the_same_bits -- --nocapture
 
 say "controllers in other languages and on other processors, all cycles"
 long --test library export:: chips:: -- --include-ignored --nocapture
-long --test program export:: -- --nocapture
+long --test program export:: -- --include-ignored --nocapture
 tests/micropython.sh --release
 
 say "all pinned worlds on emulated 64-bit ARM"

@@ -893,6 +893,9 @@ pub(crate) struct Export {
     /// The number of the robot in a swarm, from 0: with several genomes, robots differ
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) number: u32,
+    /// The interval at whose end the controller acted, from 0, in a run of the foraging study [default: the last]
+    #[arg(long, value_name = "I", value_parser = whole::<u32>(0..=u32::MAX.into()))]
+    pub(crate) interval: Option<u32>,
     /// Cycles that the file checks itself by, 1 to 1000
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole::<u32>(1..=1000))]
     pub(crate) checks: u32,
@@ -1517,7 +1520,7 @@ pub(crate) enum SweepCommand {
         /// lists the others
         #[arg(value_hint = ValueHint::DirPath)]
         dir: Option<PathBuf>,
-        /// The column of results.csv to compare cells by; higher is better [default: `champion_mean`; peak without finalists; real with
+        /// The column of results.csv to compare cells by; higher is better, but of times less [default: `champion_mean`; peak without finalists; real with
         /// `[reality]`; rate for the foraging study]
         #[arg(long, value_name = "COLUMN")]
         outcome: Option<String>,

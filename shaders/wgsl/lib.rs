@@ -90,6 +90,7 @@ parts![
     "robot/epuck.wgsl",
     "robot/epuck_alone.wgsl",
     "robot/epuck_among.wgsl",
+    "robot/epuck_given.wgsl",
     "robot/epuck_reported.wgsl",
     "robot/motors.wgsl",
     "robot/varied.wgsl",

@@ -35,6 +35,7 @@ use oneiro_shader_compiler::{Generic, language};
 
 use crate::batch::{KEY_WORDS, LEAST_GENE, Rollout, Trace, TraceRequest, Worlds};
 use crate::evaluator::{Control, Evaluator};
+use crate::foragers::foraging;
 use crate::outside::export::simulator::Simulator;
 pub use crate::outside::reported::Error;
 use crate::outside::reported::check;
@@ -411,10 +412,6 @@ impl Controller {
             let problem = format!("is {robot}; allowed: 0 to {}", world.robots() - 1);
             return Err(Invalid::new("robot", problem));
         }
-        if world.spec().controller == Kind::Behaviours {
-            let problem = "is `behaviours`, which read their own sensors; allowed: any other";
-            return Err(Invalid::new("controller.kind", problem));
-        }
         let whole = genome;
         let genome = &whole[world.genes_of(robot)];
         let (source, memory) = Source::new(world, genome, robot, None)?;
@@ -689,7 +686,8 @@ fn inputs(spec: &WorldSpec) -> Vec<Input> {
             };
             SENSOR_NAMES.iter().map(activation).collect()
         }
-        _ => of_kinds.collect(),
+        Build::Forager(_) => foraging::READINGS.iter().map(|name| of_forager(name)).collect(),
+        Build::Differential(_) => of_kinds.collect(),
     };
     let known: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
     let others = spec.readings().into_iter().filter(|name| !known.contains(name));
@@ -704,6 +702,19 @@ fn inputs(spec: &WorldSpec) -> Vec<Input> {
     };
     inputs.extend(others.map(other));
     inputs
+}
+
+/// A reading of a forager, whose sensors are named by their bearings.
+fn of_forager(name: &str) -> Input {
+    let about = match name.split('_').next() {
+        Some("near") => "0 to 1: the e-puck's sensor of proximity in this direction, of its maximum",
+        Some("light") => "0 to 1: the e-puck's sensor of light in this direction; more is brighter",
+        _ => "1 if the robot carries food, 0 if not",
+    };
+    Input {
+        name: name.to_owned(),
+        about: about.to_owned(),
+    }
 }
 
 /// A reading of a reference model.
@@ -722,7 +733,7 @@ fn full_speed(robot: &Robot) -> Option<f32> {
         Build::Sampled => robot.motors.full_speed(),
         Build::Differential(described) if described.sampled_motors => robot.motors.full_speed(),
         Build::Differential(described) => described.greatest_speed,
-        Build::Forager(_) => None,
+        Build::Forager(forager) => Some(forager.foraging.greatest_speed),
     }
 }
 

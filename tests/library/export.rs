@@ -3,46 +3,23 @@
 //! find nothing that differs in their first cycles, and in `tests/long.sh` in all.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
-use std::{env, fs, process};
+use std::{env, fs};
 
 use oneiro::automode::Modules;
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Genomes};
-use oneiro::export::{Also, Controller, Form, Recorded, TARGETS, arduino, c};
+use oneiro::export::{Also, Controller, Form, TARGETS, arduino};
 use oneiro::foraging::Forager;
 use oneiro::random::Key;
 use oneiro::world::{self, Noise, Robot, World, WorldSpec};
 
+use crate::exported::{Folder, QUIET, Subject, checked, compared_here, compile, is_there};
 use crate::skips::skipped;
 use crate::{described, lives, modules, network};
-
-/// Compilers, and how they are called: the last ones only in `tests/long.sh`.
-const COMPILERS: [(&str, &[&str]); 8] = [
-    ("gcc", &["-O0"]),
-    ("gcc", &["-O2", "-std=c99"]),
-    ("gcc", &["-O3"]),
-    ("clang", &["-O2"]),
-    // As C++.
-    ("g++", &["-O1", "-x", "c++"]),
-    ("clang", &["-O0", "-std=c99"]),
-    ("clang", &["-O1", "-std=c99"]),
-    ("clang", &["-O3"]),
-];
-const USUAL: usize = 5;
-pub(crate) const QUIET: [&str; 7] = [
-    "-Wall",
-    "-Wextra",
-    "-pedantic",
-    "-Wshadow",
-    "-Wmissing-declarations",
-    "-Wconversion",
-    "-Werror",
-];
 
 /// Uses all that a controller may ask for: values, random numbers, the trial, genes and elements at places that vary, and memory of
 /// all types, under names that C has taken.
@@ -97,12 +74,6 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 }
 ";
 
-pub(crate) struct Subject {
-    pub(crate) name: String,
-    pub(crate) controller: Controller,
-    pub(crate) cycles: Vec<Recorded>,
-}
-
 fn custom(text: &str) -> OwnParts {
     let part = Part::new(Kind::Controller, "own.wgsl", text).unwrap();
     OwnParts::from([OwnPart::new(Arc::new(part), &[]).unwrap()])
@@ -156,6 +127,8 @@ fn worlds() -> Vec<(String, World, u32)> {
         spec.own = custom(NUMBERED);
         of(spec)
     };
+    // Searches at random, and seeks the light.
+    let behaviours = WorldSpec::foraging(Forager::ODOWD2014);
     let machine = world::Controller::StateMachine(Modules::DEFAULT);
     let tree = world::Controller::BehaviourTree(Modules::DEFAULT);
     let mut worlds = vec![
@@ -165,6 +138,7 @@ fn worlds() -> Vec<(String, World, u32)> {
         ("described".to_owned(), described(world::Controller::Recurrent), 0),
         ("own".to_owned(), own, 0),
         ("forager".to_owned(), of(forager()), 0),
+        ("behaviours".to_owned(), of(behaviours), 0),
         ("numbered".to_owned(), numbered, 4),
         ("machine".to_owned(), of(modules::spec(machine.clone(), 4)), 2),
         ("team_machine".to_owned(), teams(machine), 5),
@@ -185,117 +159,25 @@ fn subjects() -> Vec<Subject> {
 
 /// The same of at least so many cycles.
 pub(crate) fn subjects_with(least: usize) -> Vec<Subject> {
-    let mut cpu = Cpu::new(Some(2)).unwrap();
     let subject = |(name, world, robot): (String, World, u32)| {
         let genome = modules::genome(&world, name.len() as u32);
-        let controller = Controller::new(&world, &genome, robot).unwrap_or_else(|invalid| panic!("{name}: {invalid}"));
-        let mut cycles = Vec::new();
-        for trial in 0.. {
-            if trial >= 3 && cycles.len() >= least {
-                break;
-            }
-            let episode = controller.record(&mut cpu, Key::rollout(3, 0, 0, trial));
-            cycles.extend(episode.unwrap_or_else(|error| panic!("{name}: {error}")));
-        }
-        Subject {
-            name,
-            controller,
-            cycles,
-        }
+        Subject::new(name, &world, &genome, robot, least)
     };
     worlds().into_iter().map(subject).collect()
 }
 
-/// A folder that is removed in the end.
-pub(crate) struct Folder(pub(crate) PathBuf);
-
-impl Folder {
-    pub(crate) fn new(name: &str) -> Self {
-        let path = env::temp_dir().join(format!("oneiro-export-{name}-{}", process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-pub(crate) fn is_there(compiler: &str) -> bool {
-    let is_there = Command::new(compiler).arg("--version").output().is_ok();
-    if !is_there {
-        skipped("compilers", &format!("controllers as C by {compiler}"));
-    }
-    is_there
-}
-
-pub(crate) fn compile(folder: &Path, compiler: &str, options: &[&str], files: &[String]) -> Output {
-    let mut command = Command::new(compiler);
-    command.args(options).args(files).current_dir(folder).output().unwrap()
-}
-
-/// Numbers of the first cycles that differ, by controller; 0 where none does.
-fn checked(folder: &Path, compiler: &str, options: &[&str], names: &[&str]) -> Vec<u32> {
-    let mut main = "#include <stdio.h>\n".to_owned();
-    for name in names {
-        let _ = writeln!(main, "int {name}_check(void);");
-    }
-    main += "int main(void)\n{\n";
-    for name in names {
-        let _ = writeln!(main, "    printf(\"%d\\n\", {name}_check());");
-    }
-    main += "    return 0;\n}\n";
-    fs::write(folder.join("main.c"), main).unwrap();
-    let files: Vec<_> = ["main"].iter().chain(names).map(|name| format!("{name}.c")).collect();
-    let compiled = compile(
-        folder,
-        compiler,
-        &[&QUIET[..], options, &["-o", "checks"]].concat(),
-        &files,
-    );
-    let messages = String::from_utf8_lossy(&compiled.stderr);
-    assert!(compiled.status.success(), "{compiler} {options:?}: {messages}");
-    let output = Command::new(folder.join("checks")).output().unwrap();
-    assert!(output.status.success(), "{compiler} {options:?}: {}", output.status);
-    let lines = String::from_utf8(output.stdout).unwrap();
-    lines.lines().map(|line| line.parse().unwrap()).collect()
-}
-
 fn write(folder: &Path, subject: &Subject, cycles: usize) {
-    write_cycles(folder, subject, &subject.cycles[..cycles]);
-}
-
-pub(crate) fn write_cycles(folder: &Path, subject: &Subject, cycles: &[Recorded]) {
-    let origin = ["a test /* of */ comments".to_owned()];
-    let text = c(&subject.controller, &subject.name, &origin, cycles);
-    fs::write(folder.join(format!("{}.c", subject.name)), text).unwrap();
+    subject.write(folder, &subject.cycles[..cycles]);
 }
 
 #[test]
 fn all_kinds_of_controllers_have_the_simulators_bits_in_c() {
-    let subjects = subjects();
-    let cycles: usize = subjects.iter().map(|subject| subject.cycles.len()).sum();
-    let folder = Folder::new("kinds");
-    for subject in &subjects {
-        assert!(subject.cycles.len() > 100, "{}", subject.name);
-        write(&folder.0, subject, subject.cycles.len());
-    }
-    let names: Vec<_> = subjects.iter().map(|subject| subject.name.as_str()).collect();
-    let tried = if env::var_os("ONEIRO_LONG").is_some() {
-        COMPILERS.len()
+    let least = if env::var_os("ONEIRO_LONG").is_some() {
+        10_000
     } else {
-        USUAL
+        0
     };
-    for (compiler, options) in &COMPILERS[..tried] {
-        if is_there(compiler) {
-            let differing = checked(&folder.0, compiler, options, &names);
-            assert_eq!(differing, vec![0; names.len()], "{compiler} {options:?} of {names:?}");
-        }
-    }
-    println!("{} controllers, {cycles} cycles", names.len());
-    assert!(cycles > 10_000);
+    compared_here("kinds", &subjects_with(least));
 }
 
 /// A language: the target, what runs it, and a driver's text with `NAMES`, each with `check` around it, whose lines are what checks return.
@@ -736,9 +618,6 @@ fn what_needs_its_simulator_is_refused() {
         "genes[4]: is NaN; allowed: up to 1000000 either way"
     );
     assert_eq!(refused(&world, &[0.0; 18], 1), "robot: is 1; allowed: 0 to 0");
-    let study = World::new(WorldSpec::foraging(Forager::ODOWD2014)).unwrap();
-    let genes = vec![0.5; study.genes()];
-    assert!(refused(&study, &genes, 0).starts_with("controller.kind: is `behaviours`"));
     let others = {
         let mut spec = modules::spec(world::Controller::Own, 3);
         spec.own = custom(

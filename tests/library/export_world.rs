@@ -16,7 +16,7 @@ use oneiro::random::Key;
 use oneiro::reference::{Model, Reference};
 use oneiro::world::{self, Collision, Noise, Robot, World, WorldSpec};
 
-use crate::export::{Folder, QUIET, compile, is_there};
+use crate::exported::{Folder, QUIET, compile, is_there};
 use crate::{described, epucks, lives, modules, network};
 
 const ALL: Also = Also {

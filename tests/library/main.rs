@@ -5,6 +5,9 @@ mod composed;
 #[path = "../described/mod.rs"]
 mod described;
 mod epucks;
+#[cfg(feature = "compose")]
+#[path = "../exported/mod.rs"]
+mod exported;
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../hostile/world.rs"]
 mod hostile;

@@ -9,7 +9,13 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use oneiro::foraging::Light;
+use oneiro_lab::runs;
+use oneiro_lab::runs::swarm::acting;
+
 use crate::aseba::{FIRST_PORT, in_a_network, live, world};
+use crate::exported::chips::compared_on_all;
+use crate::exported::{Subject, compared_here};
 use crate::place::Place;
 use crate::skips::skipped;
 
@@ -62,6 +68,16 @@ fn compiled(place: &Place, arguments: &[&str]) -> bool {
     };
     let messages = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {messages}");
+    // Another compiler has other warnings.
+    if let Ok(output) = Command::new("clang")
+        .arg("-fsyntax-only")
+        .args(arguments)
+        .current_dir(place.at(""))
+        .output()
+    {
+        let messages = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "clang {arguments:?}: {messages}");
+    }
     true
 }
 
@@ -232,20 +248,30 @@ fn what_cannot_be_exported_is_refused() {
     assert!(!place.at("small.c").exists());
 }
 
+/// The experiments that ship.
+fn all_that_ship() -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| Path::new(name).extension().is_some_and(|extension| extension == "toml"))
+        .filter(|name| name != "Cargo.toml")
+        .collect();
+    names.sort();
+    assert!(names.len() > 30);
+    names
+}
+
+/// Whether it is of the foraging study, whose robots' worlds are not printed.
+fn is_of_study(name: &str) -> bool {
+    name.starts_with("odowd2014")
+}
+
 /// Every controller that ships has its simulator's bits in an episode, and its file finds nothing that differs.
 #[test]
 fn all_experiments_that_ship_are_exported() {
     let place = Place::new("shipped");
     let is_long = std::env::var_os("ONEIRO_LONG").is_some();
-    let mut names: Vec<String> = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments"))
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        // The foraging study's controllers are behaviours.
-        .filter(|name| Path::new(name).extension().is_some_and(|extension| extension == "toml"))
-        .filter(|name| !name.starts_with("odowd2014") && name != "Cargo.toml")
-        .collect();
-    names.sort();
-    assert!(names.len() > 20);
+    let names: Vec<_> = all_that_ship().into_iter().filter(|name| !is_of_study(name)).collect();
     let (mut cycles, mut episodes) = (0, 0);
     for (number, name) in names.iter().enumerate() {
         if !is_long && number % 4 != 1 && !name.starts_with("automode-a") {
@@ -288,6 +314,136 @@ fn all_experiments_that_ship_are_exported() {
     }
     println!("{cycles} cycles, {episodes} episodes");
     assert!(cycles > 2000 && episodes > 3);
+}
+
+/// All experiments that ship have their controllers' bits in 10,000 cycles, by all compilers and on all processors.
+#[test]
+#[ignore = "compiles for half an hour: tests/long.sh runs it"]
+fn all_that_ships_has_its_bits_on_every_processor() {
+    const CYCLES: usize = 10_000;
+    let subject = |name: &String| {
+        let path = shipped(name);
+        let experiment = runs::read(Path::new(&path), &[]).unwrap();
+        let own = name.trim_end_matches(".toml").replace(['-', '.'], "_");
+        if let Some(study) = experiment.swarm() {
+            let world = acting::simulator(study, Light::OppositeNest).unwrap();
+            return Subject::new(own, &world, &[0.9, 0.4], 0, CYCLES);
+        }
+        let single = experiment.single().unwrap();
+        let genome = single.random_genomes(1, 1);
+        Subject::new(own, single.world(), genome.values(), 0, CYCLES)
+    };
+    let subjects: Vec<_> = all_that_ship().iter().map(subject).collect();
+    compared_here("shipped", &subjects);
+    compared_on_all("shipped", &subjects, CYCLES);
+}
+
+/// A run of the foraging study has a controller for each robot and interval, chosen by numbers.
+#[test]
+fn a_foraging_run_has_controllers_too() {
+    let place = Place::new("foraging");
+    let experiment = shipped("odowd2014-over.toml");
+    place.evolved(&experiment, "1", "out", &["--set", "swarm.minutes=3"]);
+    let mut table = csv::Reader::from_path(place.at("out/intervals.csv")).unwrap();
+    let head = table.headers().unwrap().clone();
+    let rows: Vec<_> = table.records().map(|row| row.unwrap()).collect();
+    let genes = |robot: usize, interval: usize| {
+        let row = rows
+            .iter()
+            .find(|row| row[0] == interval.to_string() && row[1] == robot.to_string());
+        let row = row.unwrap();
+        let value = |name: &str| row[head.iter().position(|column| column == name).unwrap()].to_owned();
+        [value("g0"), value("g1")]
+    };
+    for (options, robot, interval) in [
+        (&[][..], 0, 2),
+        (&["--number", "9"], 9, 2),
+        (&["--number", "4", "--interval", "0"], 4, 0),
+    ] {
+        let file = format!("own_{robot}.c");
+        let arguments = [
+            &["export", "out", "--to", "c", "--name", "own", "--out", &file],
+            options,
+        ]
+        .concat();
+        let said = place.run(&arguments).exits(0);
+        assert!(
+            said.stderr
+                .contains("13 inputs; it has the simulator's bits in 600 cycles"),
+            "{}",
+            said.stderr
+        );
+        let text = place.text(&file);
+        let [with_food, without_food] = genes(robot, interval);
+        assert!(
+            text.contains(&format!(
+                "with_food = {with_food}\n *   without_food = {without_food}\n"
+            )),
+            "{text}"
+        );
+        assert!(text.contains(&format!("out, robot {robot} in interval {interval}, fitness ")));
+        assert!(
+            text.contains("), of the run with the result ") && text.contains("carries, 1 if the robot carries food")
+        );
+        if let Some(code) = checked(&place, &file, "own") {
+            assert_eq!(code, 0, "{file}");
+        }
+    }
+    let refused = |arguments: &[&str], words: &[&str]| {
+        place.run(&[&["export"], arguments].concat()).exits(3).says(words);
+    };
+    refused(
+        &["out", "--to", "c", "--number", "10"],
+        &["--number: is 10; allowed: 0 to 9"],
+    );
+    refused(
+        &["out", "--to", "c", "--interval", "3"],
+        &["--interval: is 3; allowed: 0 to 2"],
+    );
+    refused(
+        &["out", "--to", "c", "--with", "task"],
+        &["--with: the world of out, ", " is of foragers"],
+    );
+    for target in ["argos", "webots"] {
+        refused(&["out", "--to", target], &["is a forager", "allowed for", target]);
+    }
+    // Another genome, for a run or an experiment.
+    place.write("genes.csv", "with_food,without_food\n0.99,0.5\n");
+    for subject in ["out", &experiment] {
+        let file = format!("other_{}.c", subject.len());
+        place.good(&["export", subject, "--genome", "genes.csv", "--to", "c", "--out", &file]);
+        assert!(place.text(&file).contains("with_food = 0.99\n"));
+        place
+            .run(&[
+                "export",
+                subject,
+                "--genome",
+                "genes.csv",
+                "--to",
+                "c",
+                "--interval",
+                "1",
+            ])
+            .exits(2)
+            .says(&["--interval: is given for "]);
+    }
+    refused(
+        &[&experiment, "--genome", "genes.csv", "--to", "c", "--number", "1"],
+        &["--number"],
+    );
+    place.evolved(
+        &shipped("odowd2014-random.toml"),
+        "1",
+        "random",
+        &["--set", "swarm.minutes=3"],
+    );
+    refused(&["random", "--to", "c"], &["random", "nothing evolves"]);
+    place.write("small.toml", SMALL);
+    place.evolved("small.toml", "3", "single", &[]);
+    place
+        .run(&["export", "single", "--to", "c", "--interval", "1"])
+        .exits(2)
+        .says(&["--interval: is given for a run that has a champion"]);
 }
 
 /// The cycles and the world are those of `--trial`, where starts differ from trial to trial.

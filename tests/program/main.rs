@@ -6,6 +6,10 @@ mod disk;
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../peers/khepera.rs"]
 mod emulated;
+#[cfg(feature = "compose")]
+#[allow(dead_code, reason = "other tests use the rest")]
+#[path = "../exported/mod.rs"]
+mod exported;
 mod faults;
 mod fixtures;
 #[allow(dead_code, reason = "other tests use the rest")]

@@ -30,6 +30,8 @@ pub struct Column {
     pub unit: &'static str,
     pub about: Cow<'static, str>,
     pub holds: Holds,
+    /// Whether less of it is better, where runs are ranked by it.
+    pub is_less_better: bool,
 }
 
 impl Column {
@@ -55,7 +57,14 @@ impl Column {
             unit,
             about: Cow::Borrowed(about),
             holds,
+            is_less_better: false,
         }
+    }
+
+    /// The same, of which less is better.
+    pub const fn less_is_better(mut self) -> Self {
+        self.is_less_better = true;
+        self
     }
 
     /// What it holds, in words.

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use oneiro::cpu::Cpu;
 use oneiro::export::{Also, Controller, Form, Recorded, TARGETS, Target};
 use oneiro::parameter::Invalid;
+use oneiro::world::World;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::{files, plain};
 
 use crate::OF_WORLD;
-use crate::experiment::Experiment;
+use crate::experiment::Identities;
 use crate::lives::Keys;
 
 /// Most characters of a name.
@@ -17,16 +18,19 @@ pub const LONGEST: usize = 40;
 
 /// What is exported, and how.
 pub struct Order<'a> {
-    pub experiment: &'a Experiment,
-    /// One genome of the experiment, and where it is from.
+    /// The name of its experiment, and the hashes of everything that decides the experiment's results.
+    pub experiment: &'a str,
+    pub identities: Identities,
+    pub world: &'a World,
+    /// One genome of the world, and where it is from.
     pub genome: &'a [f32],
     pub from: &'a str,
     /// The hash of the results of the run whose champion it is.
     pub result: Option<&'a str>,
     /// The command that exports it.
     pub command: Option<&'a str>,
-    /// Options of `oneiro evaluate` that make the same experiment.
-    pub set: &'a str,
+    /// Options of `oneiro evaluate` that make the same experiment, if it takes the experiment.
+    pub set: Option<&'a str>,
     /// The robot of a swarm.
     pub number: u32,
     pub target: &'static Target,
@@ -147,7 +151,6 @@ pub fn place(label: &str, out: Option<&Path>, name: &str, target: &Target) -> Re
 /// Writes the controller, after it has acted in an episode with the simulator's bits.
 pub fn export(order: &Order<'_>) -> Result<Exported> {
     let Order {
-        experiment,
         genome,
         from,
         result,
@@ -162,7 +165,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{from}: {problem}"));
     let key = Keys::of_seed(seed).of(0, trial as usize);
     // Starts and values may vary from trial to trial.
-    let world = &experiment.world().variants()[experiment.world().variant(key)];
+    let world = &order.world.variants()[order.world.variant(key)];
     if number >= world.robots() {
         let allowed = match world.robots() {
             1 => "0, as there is one robot".to_owned(),
@@ -184,7 +187,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
             &"its episode ends before its first cycle; allowed: another seed or trial",
         ));
     }
-    let identity = experiment.identities().of(seed).to_hex();
+    let identity = order.identities.of(seed).to_hex();
     let bytes: Vec<u8> = genome.iter().flat_map(|gene| gene.to_le_bytes()).collect();
     let robot = match number {
         0 if world.robots() == 1 => String::new(),
@@ -192,12 +195,13 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         other => format!(", of robot {other} (the traces have robot 0)"),
     };
     let of_run = result.map_or_else(String::new, |result| {
-        format!(", the champion of the run with the result {}", &result[..16])
+        let whose = if set.is_some() { "the champion of" } else { "of" };
+        format!(", {whose} the run with the result {}", &result[..16])
     });
     let mut origin = vec![
         format!(
             "Experiment: {} (with seed {seed}: {})",
-            experiment.name(),
+            order.experiment,
             &identity[..16]
         ),
         format!(
@@ -205,11 +209,16 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
             genome.len(),
             &blake3::hash(&bytes).to_hex()[..16]
         ),
-        format!("Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {trial}{robot}"),
     ];
-    let worlds = experiment.world().variants().len();
+    origin.push(match set {
+        Some(set) => {
+            format!("Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {trial}{robot}")
+        }
+        None => format!("Cycles to check it by: an episode of its simulator, seed {seed}, trial {trial}"),
+    });
+    let worlds = order.world.variants().len();
     if worlds > 1 {
-        let number = experiment.world().variant(key);
+        let number = order.world.variant(key);
         origin.push(format!(
             "World: number {number} of {worlds} (from 0), as all numbers and starts here are those of that trial"
         ));

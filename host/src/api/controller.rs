@@ -91,12 +91,14 @@ impl Controllers {
         }
         let out = exported::place("out", out, &name, target)?;
         exported::export(&Order {
-            experiment,
+            experiment: experiment.name(),
+            identities: experiment.identities(),
+            world: experiment.world(),
             genome: &self.genomes,
             from: "a genome from Python",
             result: None,
             command: None,
-            set: "",
+            set: Some(""),
             number: self.number,
             target,
             also: exported::also("with_", with, target)?,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use oneiro::batch::{Trace, WorldKind};
 use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::world::{self, World, WorldSpec};
+use oneiro::world::{self, Start, World, WorldSpec};
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted, decimal};
 use oneiro_base::contents::{Column, Entry, README, describe};
@@ -76,7 +76,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     };
     let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which, console)?;
     let is_of_run = |own: &Named| matches!(own, Named::Run(run) if run.seed() == seed);
-    if named.iter().any(is_of_run) && arguments.on_robot.robots.is_empty() {
+    if named.iter().any(is_of_run) && arguments.on_robot.robots.is_empty() && arguments.starts.is_none() {
         console.warn([format!(
             "seed {seed} is also the run's, whose first generation had some of these episodes; --seed {} has new ones",
             seed_of_others(seed)
@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
                 .into_iter()
                 .map(|fitness| (fitness, Measures::default()))
                 .collect(),
-            worlds: None,
+            worlds: lives.variants(),
             measures: Vec::new(),
         };
         sink.take(&table, console)?;
@@ -202,8 +202,15 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         describe(directory, "Traces of oneiro", &[entry])?;
         traces.finish()?;
     }
+    // A replay has the run's own experiment and noise.
+    let is_changed = arguments.experiment.is_some() || !arguments.set.is_empty() || arguments.noise == Noise::Off;
+    let start = match worlds[0].spec().start {
+        Start::At { x, y, heading } if arguments.starts.is_some() => format!(" --start {x},{y},{heading}"),
+        _ => String::new(),
+    };
     let first = named.iter().find_map(|own| match own {
-        Named::Run(run) => Some(format!("oneiro replay {} --seed {seed}", typed(run.directory()))),
+        Named::Run(_) if is_changed => None,
+        Named::Run(run) => Some(format!("oneiro replay {} --seed {seed}{start}", typed(run.directory()))),
         Named::Sweep(champions) => Some(format!("oneiro sweep report {}", typed(champions.path().parent()?))),
         Named::File(_) => None,
     });

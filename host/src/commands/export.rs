@@ -3,15 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use oneiro::export::Target;
+use oneiro::foraging::Light;
+use oneiro::world::World;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_evolve::Population;
-use oneiro_lab::experiment::Experiment;
+use oneiro_lab::experiment::swarm::SwarmExperiment;
+use oneiro_lab::experiment::{Experiment, Identities};
 use oneiro_lab::exported::{self, Order};
 use oneiro_lab::genomes;
-use oneiro_lab::record::SingleRun;
+use oneiro_lab::record::{SavedRun, SingleRun};
+use oneiro_lab::runs;
+use oneiro_lab::runs::swarm::acting::{self, Acting};
 use serde_json::json;
 
 use super::list;
@@ -20,42 +25,77 @@ use crate::cli::Export;
 
 /// A controller's experiment and genome, and where both are from.
 struct Subject {
-    experiment: Experiment,
+    experiment: String,
+    identities: Identities,
+    world: World,
+    /// Whether `oneiro evaluate` takes the experiment.
+    is_evaluated: bool,
     genome: Vec<f32>,
     from: String,
+    /// The robot among those of the world.
+    number: u32,
     /// The hash of the results of the run whose champion it is.
     result: Option<String>,
     seed: u64,
 }
 
+impl Subject {
+    /// A genome of an experiment of single robots, or of a swarm's.
+    fn of(experiment: &Experiment, genome: Vec<f32>, from: String, number: u32) -> Self {
+        Self {
+            experiment: experiment.name().to_owned(),
+            identities: experiment.identities(),
+            world: experiment.world().clone(),
+            is_evaluated: true,
+            genome,
+            from,
+            number,
+            result: None,
+            seed: 1,
+        }
+    }
+
+    /// Behaviours of the foraging study, which are chosen in a simulator with the light there.
+    fn of_study(study: &SwarmExperiment, light: Light) -> Result<Self> {
+        Ok(Self {
+            experiment: study.name().to_owned(),
+            identities: study.identities(),
+            world: acting::simulator(study, light)?,
+            is_evaluated: false,
+            genome: Vec::new(),
+            from: String::new(),
+            number: 0,
+            result: None,
+            seed: 1,
+        })
+    }
+}
+
 /// Writes the controller, after it has acted in an episode with the simulator's bits.
 pub(crate) fn run(arguments: &Export, console: Console) -> Result {
     let target = target(arguments.to.as_deref())?;
-    let Subject {
-        experiment,
-        genome,
-        from,
-        result,
-        seed,
-    } = subject(arguments, console)?;
+    let subject = subject(arguments, console)?;
     let name = match &arguments.name {
         Some(name) => checked(name, target)?,
-        None => exported::identifier(experiment.name(), target),
+        None => exported::identifier(&subject.experiment, target),
     };
     let out = exported::place("--out", arguments.out.as_deref(), &name, target)?;
+    let set = settings_typed(&arguments.set);
     let exported = exported::export(&Order {
-        experiment: &experiment,
-        genome: &genome,
-        from: &from,
-        result: result.as_deref(),
+        experiment: &subject.experiment,
+        identities: subject.identities,
+        world: &subject.world,
+        genome: &subject.genome,
+        from: &subject.from,
+        result: subject.result.as_deref(),
         command: Some(&files::command()),
-        set: &settings_typed(&arguments.set),
-        number: arguments.number,
+        set: subject.is_evaluated.then_some(&set),
+        number: subject.number,
         target,
         also: exported::also("--with", &arguments.with, target)?,
         name: name.clone(),
         out: out.clone(),
-        seed: arguments.seed.unwrap_or(seed),
+        seed: arguments.seed.unwrap_or(subject.seed),
         trial: arguments.trial,
         checks: arguments.checks as usize,
     })?;
@@ -107,10 +147,6 @@ fn target(to: Option<&str>) -> Result<&'static Target> {
 /// The named controller.
 fn subject(arguments: &Export, console: Console) -> Result<Subject> {
     let is_experiment = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == "toml");
-    let read = |path: &Path, experiment: &Experiment| -> Result<Vec<f32>> {
-        let all = genomes::read(path, experiment.world().gene_layout(), |word| console.say(word))?;
-        only(path, &all)
-    };
     if let Some(path) = arguments.champion.as_ref().filter(is_experiment) {
         let Some(genome) = &arguments.genome else {
             return Err(Failure::usage(format_args!(
@@ -118,14 +154,8 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
                 path.display()
             )));
         };
-        let experiment = Experiment::read(path, &arguments.set)?;
-        return Ok(Subject {
-            genome: read(genome, &experiment)?,
-            from: genome.display().to_string(),
-            experiment,
-            result: None,
-            seed: 1,
-        });
+        no_interval(arguments, "an experiment")?;
+        return of_file(arguments, path, genome, console);
     }
     // A run's champion.json is a file in its directory.
     let champion = arguments.champion.as_ref().filter(|path| path.is_file());
@@ -137,29 +167,87 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
             .to_owned(),
         None => named_or_newest(arguments.champion.as_deref(), &[RUNS], console)?,
     };
-    let run = SingleRun::open(&list::one(&directory)?)?;
+    let saved = SavedRun::open(&list::one(&directory)?)?;
+    let seed = saved.seed();
+    if let Some(file) = arguments.genome.as_ref().or(champion) {
+        no_interval(arguments, "a genome's file")?;
+        let subject = of_file(arguments, &saved.config(), file, console)?;
+        let result = champion.filter(|_| arguments.genome.is_none()).map(|_| saved.done());
+        return Ok(Subject {
+            seed,
+            result: result.transpose()?.flatten().map(|done| done.result),
+            ..subject
+        });
+    }
+    let from = saved.directory().display();
+    let result = saved.done()?.map(|done| done.result);
+    if saved.experiment().swarm().is_some() {
+        saved.finished()?;
+        let acted = Acting::read(saved.directory(), arguments.number, arguments.interval)?;
+        let experiment = runs::read(&saved.config(), &arguments.set)?;
+        let study = experiment
+            .swarm()
+            .ok_or_else(|| Failure::failed("the experiment has no swarm"))?;
+        return Ok(Subject {
+            genome: acted.genome().into(),
+            from: format!(
+                "{from}, robot {} in interval {}, fitness {}",
+                acted.robot, acted.interval, acted.real
+            ),
+            result,
+            seed,
+            ..Subject::of_study(study, acted.light())?
+        });
+    }
+    no_interval(arguments, "a run that has a champion")?;
+    let run = SingleRun::open(saved.directory())?;
     let experiment = Experiment::read(&run.config(), &arguments.set)?;
-    let (genome, from) = if let Some(file) = arguments.genome.as_ref().or(champion) {
-        (read(file, &experiment)?, file.display().to_string())
-    } else {
-        let champion = run.champion()?.alone();
-        let path = run.directory();
-        let own = run.experiment()?.world().gene_layout();
-        let champion = genomes::by_name(path, own, champion, experiment.world().gene_layout())?;
-        (only(path, &champion)?, path.display().to_string())
-    };
-    let result = if arguments.genome.is_none() {
-        run.result()?
-    } else {
-        None
-    };
+    let champion = run.champion()?.alone();
+    let own = run.experiment()?.world().gene_layout();
+    let champion = genomes::by_name(run.directory(), own, champion, experiment.world().gene_layout())?;
+    let genome = only(run.directory(), &champion)?;
     Ok(Subject {
-        seed: run.seed(),
-        experiment,
-        genome,
-        from,
         result,
+        seed,
+        ..Subject::of(&experiment, genome, from.to_string(), arguments.number)
     })
+}
+
+/// A file's only genome, for the experiment in another file.
+fn of_file(arguments: &Export, path: &Path, genome: &Path, console: Console) -> Result<Subject> {
+    let experiment = runs::read(path, &arguments.set)?;
+    let read = |world: &World| -> Result<Vec<f32>> {
+        only(
+            genome,
+            &genomes::read(genome, world.gene_layout(), |word| console.say(word))?,
+        )
+    };
+    let from = genome.display().to_string();
+    if let Some(study) = experiment.swarm() {
+        if arguments.number != 0 {
+            let problem = "--number: names the robot of a run; allowed here: 0, as there is one genome";
+            return Err(Failure::input(problem));
+        }
+        let subject = Subject::of_study(study, Light::OverNest)?;
+        let genome = read(&subject.world)?;
+        return Ok(Subject {
+            genome,
+            from,
+            ..subject
+        });
+    }
+    let experiment = Experiment::read(path, &arguments.set)?;
+    let genome = read(experiment.world())?;
+    Ok(Subject::of(&experiment, genome, from, arguments.number))
+}
+
+/// Refuses an interval where there are none.
+fn no_interval(arguments: &Export, of: &str) -> Result {
+    if arguments.interval.is_none() {
+        return Ok(());
+    }
+    let problem = format_args!("--interval: is given for {of}; allowed: with runs of the foraging study");
+    Err(Failure::usage(problem))
 }
 
 /// The only genome of a file.

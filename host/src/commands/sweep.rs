@@ -587,7 +587,7 @@ pub(crate) fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> R
 /// The key of the optimiser's kind.
 const OPTIMISER: &str = "evolution.kind";
 
-/// Writes a report. Also returns the run with the highest outcome.
+/// Writes a report. Also returns the run with the best outcome.
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(Answer, u64)> {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
@@ -603,11 +603,11 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(An
     );
     let Shown { by, time, value } = plan.shown;
     let columns = &plan.outcomes;
+    let known = |name: &str| columns.iter().find(|known| known.name == name);
     let by = match outcome {
         None => by,
         Some(name) => {
-            let known = columns.iter().find(|known| known.name == name);
-            let Some(known) = known else {
+            let Some(known) = known(name) else {
                 let allowed: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
                 let allowed = allowed.join(", ");
                 let instead = if name.starts_with("end_") {
@@ -647,6 +647,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(An
         factors: &factors,
         compared: report::Compared::Levels,
         outcome: by,
+        is_less_better: known(by.0).is_some_and(|column| column.is_less_better),
         others: &others,
         unfinished,
         time,

@@ -497,6 +497,7 @@ impl Partial<'_> {
             Op::Binary(op, a, b) => {
                 let (a, b) = (self.value(a), self.value(b));
                 let same = self.same(op, a, b).or_else(|| self.same_but_for_zeros(op, a, b));
+                let same = same.or_else(|| self.compared_with_itself(op, a, b));
                 if same.is_some() {
                     self.values[old.0 as usize] = same;
                     return;
@@ -563,6 +564,18 @@ impl Partial<'_> {
             (Binary::Multiply, true, _) | (Binary::Multiply, _, true) => Some(self.constant(0, Ty::F32)),
             (Binary::Add, true, _) => Some(b),
             (Binary::Add | Binary::Subtract, _, true) => Some(a),
+            _ => None,
+        }
+    }
+
+    /// Result of a comparison of a value with itself. A float may be NaN.
+    fn compared_with_itself(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
+        if a != b || self.new.ty(a) == Ty::F32 {
+            return None;
+        }
+        match op {
+            Binary::Equal | Binary::LessEqual | Binary::GreaterEqual => Some(self.constant(1, Ty::Bool)),
+            Binary::NotEqual | Binary::Less | Binary::Greater => Some(self.constant(0, Ty::Bool)),
             _ => None,
         }
     }

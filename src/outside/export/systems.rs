@@ -10,6 +10,7 @@ use super::{Controller, Fitted, Input, PERIOD, Recorded};
 use crate::parameter::Invalid;
 use crate::parts::compose::HEAD;
 
+use crate::world::Build;
 use crate::world::differential::{Differential, GREATEST_POINTS, Sensor, SensorKind};
 use crate::world::reference::{Model, Reference};
 
@@ -260,12 +261,13 @@ fn exact(text: String) -> Fitted {
 
 /// A robot that an experiment describes, and its wheels' full speed, mm/s. A preset is an example of one that the target takes.
 fn parametric<'a>(controller: &'a Controller, target: &str, preset: &str) -> Result<(&'a Differential, f32), Invalid> {
-    let robot = controller.world.spec().robot.build.described();
-    robot.zip(controller.full_speed).ok_or_else(|| {
-        let problem = format!(
-            "was sampled, which says nothing of its sensors in other programs; allowed for {target}: parametric robots, such as \
-             `robot.preset = \"{preset}\"`"
-        );
+    let build = &controller.world.spec().robot.build;
+    build.described().zip(controller.full_speed).ok_or_else(|| {
+        let why = match build {
+            Build::Forager(_) => "is a forager, of whose food other programs know nothing",
+            _ => "was sampled, which says nothing of its sensors in other programs",
+        };
+        let problem = format!("{why}; allowed for {target}: parametric robots, such as `robot.preset = \"{preset}\"`");
         Invalid::new("robot", problem)
     })
 }

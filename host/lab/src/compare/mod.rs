@@ -391,6 +391,7 @@ pub fn write(
             factors: &[CONDITION.to_owned()],
             compared: Compared::Conditions,
             outcome: ("score", plan.score.axis()),
+            is_less_better: false,
             others: &[],
             unfinished: None,
             time: ("episodes", "episodes spent"),

@@ -291,7 +291,7 @@ pub struct Table {
 /// Columns that a sweep's report shows, with their names for readers.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// Outcome by which cells are compared; higher is better.
+    /// Outcome by which cells are compared.
     pub by: (&'static str, &'static str),
     /// Columns of the table of steps for the axes of learning curves.
     pub time: (&'static str, &'static str),

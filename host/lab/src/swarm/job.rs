@@ -396,7 +396,7 @@ impl SwarmJob {
             if let Some(light) = central {
                 own.set_simulator(middle(light));
             }
-            taken[robot] = ended.from.is_some();
+            taken[robot] = ended.from.is_some() && !plan.kind.sets_simulators();
             let from = ended.from.filter(|_| plan.kind.has_lineages());
             let (parent, at) = from.unwrap_or((robot, interval));
             let founder = state.founders[parent][state.robots[parent].credited_in(at, credit) as usize];

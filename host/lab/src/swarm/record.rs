@@ -138,6 +138,14 @@ impl Kind {
         self != Self::Central
     }
 
+    /// Whether the experimenter sets all simulators, whatever robots have heard.
+    pub fn sets_simulators(self) -> bool {
+        matches!(
+            self,
+            Self::SimulatorRight | Self::SimulatorWrong | Self::SimulatorRandom
+        )
+    }
+
     /// Whether simulators only change by exchange, so that each descends from a robot's first one.
     pub fn has_lineages(self) -> bool {
         matches!(

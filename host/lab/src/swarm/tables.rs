@@ -31,7 +31,11 @@ pub const WITH_FOOD: Column = Column::number(
 );
 pub const WITHOUT_FOOD: Column = Column::number("g1", "0 to 0.99", "the gene of its behaviour without food");
 pub const HEARD: Column = Column::whole("heard", "robots", "the number of robots whose messages it received");
-pub const TAKEN: Column = Column::whole("taken", "", "1 if its next simulator came from another robot, else 0");
+pub const TAKEN: Column = Column::whole(
+    "taken",
+    "",
+    "1 if its next simulator came from another robot, else 0, also where the experimenter sets all simulators",
+);
 
 /// The table of intervals: its file, and its columns.
 pub const INTERVALS: &str = "intervals.csv";
@@ -270,7 +274,8 @@ static OUTCOMES: [Outcome; 24] = [
             "matched_min",
             "min",
             "the time when at least half of the simulators had the light in its true position, over five intervals, for the first time; the whole time if they never did",
-        ),
+        )
+        .less_is_better(),
         |own| own.simulators(own.matched()),
     ),
     OutcomeColumn::new(
@@ -278,7 +283,8 @@ static OUTCOMES: [Outcome; 24] = [
             "takeover_min",
             "min",
             "the time when all simulators of an interval descended from one robot's first simulator; the whole time if they never did, NaN if something else than exchange changes simulators",
-        ),
+        )
+        .less_is_better(),
         |own| fixed(own.takeover(), 6),
     ),
     OutcomeColumn::new(

@@ -419,6 +419,21 @@ fn simulators_that_predict_best_are_taken_over() {
     assert!(taken > 5, "{taken}");
 }
 
+/// Who is heard changes nothing where the experimenter sets all simulators.
+#[test]
+fn simulators_that_are_set_come_from_nobody() {
+    let taken = |kind| {
+        let run = run_alone(plan(Case::Over, kind));
+        run.intervals.iter().flatten().filter(|own| own.taken).count()
+    };
+    for kind in [Kind::SimulatorRight, Kind::SimulatorWrong, Kind::SimulatorRandom] {
+        assert_eq!(taken(kind), 0, "{kind:?}");
+    }
+    for kind in [Kind::Evolved, Kind::SimulatorShuffled] {
+        assert!(taken(kind) > 0, "{kind:?}");
+    }
+}
+
 #[test]
 fn all_hear_all_wherever_they_are() {
     let far = |kind| {

@@ -80,8 +80,10 @@ pub struct Tables<'a> {
     /// Swept columns of the table of runs, in order.
     pub factors: &'a [String],
     pub compared: Compared,
-    /// Outcome by which cells are compared; higher is better: its column, and its name with unit for readers.
+    /// Outcome by which cells are compared: its column, and its name with unit for readers.
     pub outcome: (&'a str, &'a str),
+    /// Whether less of it is better.
+    pub is_less_better: bool,
     /// Other outcomes that tables show.
     pub others: &'a [String],
     /// What the tables lack, if the sweep is unfinished.
@@ -166,7 +168,7 @@ pub struct Report {
     pub cells_csv: String,
     /// A shorter version as JSON.
     pub json: serde_json::Value,
-    /// The number of the run with the highest outcome.
+    /// The number of the run with the best outcome, the first of equal ones.
     pub best: u64,
 }
 
@@ -192,10 +194,8 @@ pub fn report(tables: &Tables<'_>) -> Result<Report> {
         champions::by_cell(tables, &runs, &cells),
         comparisons::section(tables, &runs, &cells, &effects),
     ]);
-    let numbers = runs.all.iter().filter(|run| !run.outcome.is_nan());
-    let best = numbers.max_by(|a, b| a.outcome.total_cmp(&b.outcome));
     Ok(Report {
-        best: best.map_or(0, |run| run.number),
+        best: champions::champions(&runs).first().map_or(0, |run| run.number),
         html: page::document(tables.title, &facts(tables, &runs, &cells), &sections),
         effects_csv: comparisons::csv(&runs, &effects),
         cells_csv: cells.csv(tables, &runs),
@@ -239,7 +239,8 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
         .map(|factor| (factor.name.as_str(), factors::levels(factor)))
         .collect();
     facts.extend(factors);
-    facts.push(("outcome", format!("{}; more is better", tables.outcome.1)));
+    let better = if tables.is_less_better { "less" } else { "more" };
+    facts.push(("outcome", format!("{}; {better} is better", tables.outcome.1)));
     let lead = if runs.factors.is_empty() {
         "Evolutions that differ in their seeds alone: how they went, and what came out.".to_owned()
     } else {

@@ -18,6 +18,10 @@ const ENTRY_OF_WORLD: &str = "simulated.wgsl";
 const ENTRY_OF_SWARM: &str = "simulated_members.wgsl";
 const MEMORY: &str = "ControllerState";
 
+/// The part of a forager's behaviours, which read their sensors themselves, and that of sensors that are given.
+const BEHAVIOURS: &str = "controller/foraging.wgsl";
+const GIVEN_SENSORS: &str = "robot/epuck_given.wgsl";
+
 /// The words of `exported` before what the controller remembers, after which come the readings, the outputs and the wheels' speeds.
 pub(crate) const HEAD: [&str; 4] = ["key_0", "key_1", "trial", "cycle"];
 /// Its words after the readings.
@@ -81,7 +85,10 @@ pub(in crate::parts::compose) fn exported(
         path: GENERATED.to_owned(),
         text: declared(&memory, &own.readings_in(fields), is_of_swarm.then_some(robot)) + speeds,
     };
-    let kernel = entered("controller", parts, vec![shipped(ENTRY), generated])?;
+    let behaves = parts.iter().any(|part| part.path == BEHAVIOURS);
+    let sensors = behaves.then(|| shipped(GIVEN_SENSORS));
+    let entry = sensors.into_iter().chain([shipped(ENTRY), generated]).collect();
+    let kernel = entered("controller", parts, entry)?;
     let scalars = |field: Remembered| field.scalars.into_iter().map(move |name| (name, field.scalar));
     Ok(Exported {
         kernel,

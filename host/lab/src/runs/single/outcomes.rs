@@ -63,7 +63,8 @@ static OF_ALL: [Outcome; 11] = [
             "nan",
             "",
             "the number of NaN fitness values in the whole run; they ranked last",
-        ),
+        )
+        .less_is_better(),
         |run| Some(run.nan.to_string()),
     ),
     OutcomeColumn::new(

@@ -1,5 +1,6 @@
 //! Swarms whose on-board simulators evolve: [`crate::swarm`] has the algorithm.
 
+pub mod acting;
 mod replay;
 mod report;
 

@@ -19,7 +19,7 @@ pub(super) const LISTED: usize = 600;
 
 /// All cells.
 pub(super) struct Cells<'a> {
-    /// Cells by mean outcome in descending order, those without one last. Equal ones are in the order of their runs.
+    /// Cells by mean outcome, the best first, those without one last. Equal ones are in the order of their runs.
     pub(super) ranked: Vec<Ranked<'a>>,
 }
 
@@ -34,7 +34,7 @@ impl<'a> Cells<'a> {
     pub(super) fn of(runs: &'a Runs) -> Self {
         let ranked = |cell: &'a Cell| {
             let sample = runs.sample(&cell.runs);
-            (sample.mean_or_least(), Ranked { cell, sample })
+            (sample.merit(), Ranked { cell, sample })
         };
         let mut ranked: Vec<(f64, Ranked<'a>)> = runs.cells.iter().map(ranked).collect();
         ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));

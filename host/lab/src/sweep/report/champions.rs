@@ -10,10 +10,10 @@ use super::{DIGITS, Tables};
 /// Number of runs shown.
 const BEST: usize = 20;
 
-/// The best runs by outcome in descending order, equal ones by number. Runs without an outcome are left out.
+/// The best runs by outcome, the best first, equal ones by number. Runs without an outcome are left out.
 pub(super) fn champions(runs: &Runs) -> Vec<&Run> {
     let mut best: Vec<&Run> = runs.all.iter().filter(|run| run.outcome.is_finite()).collect();
-    best.sort_by(|a, b| b.outcome.total_cmp(&a.outcome));
+    best.sort_by(|a, b| runs.merit(b).total_cmp(&runs.merit(a)));
     best.truncate(BEST);
     best
 }

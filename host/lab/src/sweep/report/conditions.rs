@@ -442,6 +442,7 @@ mod tests {
                 factors: &[CONDITION.to_owned()],
                 compared: Compared::Conditions,
                 outcome: ("score", "score"),
+                is_less_better: false,
                 others: &[],
                 unfinished: None,
                 time: ("episodes", "episodes spent"),

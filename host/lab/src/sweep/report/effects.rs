@@ -100,7 +100,7 @@ impl Effects {
             if tested.len() <= FEW {
                 tested.reverse();
             } else {
-                tested.sort_by(|(_, a), (_, b)| b.mean().total_cmp(&a.mean()));
+                tested.sort_by(|(_, a), (_, b)| b.merit().total_cmp(&a.merit()));
             }
             levels.compare_all(Some(factor), &tested);
         }

@@ -27,7 +27,7 @@ pub(super) enum Place {
     HighEnd,
 }
 
-/// The group with the maximum mean outcome.
+/// The group with the best mean outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Best {
     pub(super) group: usize,
@@ -41,8 +41,8 @@ pub(super) struct Best {
 impl Best {
     /// Finds the best of a factor's groups, the first of equal ones; `None` if no run has an outcome.
     pub(super) fn of(factor: &Factor, samples: &[Sample]) -> Option<Self> {
-        let known = samples.iter().map(Sample::mean).enumerate();
-        let known: Vec<(usize, f64)> = known.filter(|(_, mean)| mean.is_finite()).collect();
+        let known = samples.iter().map(Sample::merit).enumerate();
+        let known: Vec<(usize, f64)> = known.filter(|(_, merit)| merit.is_finite()).collect();
         let best_of = |some: &[(usize, f64)]| {
             let better = |best: (usize, f64), one: &(usize, f64)| if one.1 > best.1 { *one } else { best };
             some.split_first()
@@ -77,12 +77,13 @@ impl Best {
 /// Table of the variance that each factor explains.
 pub(super) fn overview(tables: &Tables<'_>, runs: &Runs, samples: &[Vec<Sample>], effects: &Effects) -> Section {
     let words = format!(
-        "What each swept key explains of {}, over all levels of the others. The best level has the highest mean. \
+        "What each swept key explains of {}, over all levels of the others. The best level has the {} mean. \
          \u{3b5}\u{b2} = H / (n \u{2212} 1) is the fraction of rank variance between levels, 0 to 1. H: Kruskal-Wallis \
          statistic, for factors of more than two levels. p values are Holm-corrected across factors. Levels with \
          fewer than {LEAST} runs are left out of both. Marked with * and \
          bold: corrected p below 0.05.{}",
         tables.outcome.1,
+        if tables.is_less_better { "lowest" } else { "highest" },
         unbalanced(runs)
     );
     let head = [
@@ -260,7 +261,7 @@ pub(super) fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects
         format!(
             " Against {}, {who}: {}.",
             label(rival),
-            distinction(comparison, best.group)
+            distinction(comparison, best.group, samples[best.group].is_less_better())
         )
     });
     format!(
@@ -270,14 +271,14 @@ pub(super) fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects
     )
 }
 
-/// Says whether a group differs significantly from another.
-fn distinction(comparison: Option<&Comparison>, group: usize) -> String {
+/// Says whether a group differs significantly from another. Its mean is less if that is better.
+fn distinction(comparison: Option<&Comparison>, group: usize, is_less: bool) -> String {
     let Some(comparison) = comparison else {
         return "undecided: too few runs to tell them apart".to_owned();
     };
     let is_first = comparison.pair[0] == group;
     let a = if is_first { comparison.a } else { 1.0 - comparison.a };
-    let verdict = match (comparison.p_holm < LEVEL, a > 0.5) {
+    let verdict = match (comparison.p_holm < LEVEL, if is_less { a < 0.5 } else { a > 0.5 }) {
         (true, true) => "a significant difference",
         (true, false) => "a significant difference, the other way round by ranks",
         (false, _) => "undecided: no significant difference",
@@ -328,12 +329,9 @@ fn numbers(tables: &Tables<'_>, factor: &Factor, samples: &[Sample], place: usiz
         ]
         .into()
     };
-    let shown_ones = pictures::greatest(samples, SHOWN);
+    let shown_ones = pictures::best(samples, SHOWN);
     let some = if shown_ones.len() < samples.len() {
-        format!(
-            " Of {} levels, the {SHOWN} with the highest means.",
-            count(samples.len() as u64)
-        )
+        format!(" Of {} levels, the {SHOWN} best.", count(samples.len() as u64))
     } else {
         String::new()
     };

@@ -26,7 +26,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &[Curves], sampl
     let own = &runs.factors[place];
     let styles = level_styles(own.groups.len(), own.is_ordered());
     let labels: Vec<String> = own.groups.iter().map(|group| clipped(&group.label)).collect();
-    let of_lines = greatest(samples, MOST_LINES);
+    let of_lines = best(samples, MOST_LINES);
     let by = format!("By {}", own.name);
     let panels = curves.iter().map(|curves| {
         let line = |&group: &usize| Drawn {
@@ -39,7 +39,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &[Curves], sampl
     let panels: Vec<Panel<'_>> = panels.collect();
     let scale = scale(own);
     let drawn = Marks::of(tables, samples.iter().map(|sample| sample.values.len()).sum());
-    let of_columns = greatest(samples, MOST_COLUMNS);
+    let of_columns = best(samples, MOST_COLUMNS);
     let mut columns: Vec<Column<'_>> = Vec::new();
     for (group, x) in of_columns.iter().copied().zip(0_u32..) {
         let Group { first, last, .. } = own.groups[group];
@@ -188,11 +188,11 @@ fn panel<'a>(title: &'a str, curves: &'a Curves, lines: &[Drawn<'a>]) -> Panel<'
     }
 }
 
-/// Indices of the groups with the largest means, at most `most`, in ascending order.
-pub(super) fn greatest(samples: &[Sample], most: usize) -> Vec<usize> {
+/// Indices of the groups with the best means, at most `most`, in ascending order.
+pub(super) fn best(samples: &[Sample], most: usize) -> Vec<usize> {
     let mut groups: Vec<usize> = (0..samples.len()).collect();
     if groups.len() > most {
-        let means: Vec<f64> = samples.iter().map(Sample::mean_or_least).collect();
+        let means: Vec<f64> = samples.iter().map(Sample::merit).collect();
         groups.sort_by(|&a, &b| means[b].total_cmp(&means[a]));
         groups.truncate(most);
         groups.sort_unstable();

@@ -19,6 +19,8 @@ pub(super) struct Runs {
     pub(super) all: Vec<Run>,
     /// Combinations of levels that were run, in the order of their first runs.
     pub(super) cells: Vec<Cell>,
+    /// Whether less of the outcome is better.
+    is_less_better: bool,
 }
 
 /// One run.
@@ -84,13 +86,19 @@ impl Runs {
             factors: factors.collect(),
             cells: cells(&runs),
             all: runs,
+            is_less_better: tables.is_less_better,
         })
+    }
+
+    /// The better, the greater: by a run's outcome.
+    pub(super) fn merit(&self, run: &Run) -> f64 {
+        if self.is_less_better { -run.outcome } else { run.outcome }
     }
 
     /// Outcomes of the runs with some indices.
     pub(super) fn sample(&self, places: &[usize]) -> Sample {
         let runs = places.iter().map(|&place| &self.all[place]);
-        Sample::new(runs.map(|run| (run.seed, run.outcome)))
+        Sample::new(runs.map(|run| (run.seed, run.outcome)), self.is_less_better)
     }
 
     /// Outcomes of each group of a factor's levels.
@@ -99,12 +107,13 @@ impl Runs {
         for run in &self.all {
             groups[self.group(run, factor)].push((run.seed, run.outcome));
         }
-        groups.into_iter().map(Sample::new).collect()
+        let sample = |group| Sample::new(group, self.is_less_better);
+        groups.into_iter().map(sample).collect()
     }
 
     /// Outcomes of all runs.
     pub(super) fn outcomes(&self) -> Sample {
-        Sample::new(self.all.iter().map(|run| (run.seed, run.outcome)))
+        Sample::new(self.all.iter().map(|run| (run.seed, run.outcome)), self.is_less_better)
     }
 
     /// Group of a factor's levels that a run belongs to.

@@ -17,11 +17,13 @@ pub(super) struct Sample {
     pub(super) not_numbers: usize,
     /// Distinct seeds of all these runs, in ascending order.
     seeds: Vec<u64>,
+    /// Whether less is better.
+    is_less_better: bool,
 }
 
 impl Sample {
-    /// Makes a sample from seeds and outcomes.
-    pub(super) fn new(runs: impl IntoIterator<Item = (u64, f64)>) -> Self {
+    /// Makes a sample from seeds and outcomes, of which more or less is better.
+    pub(super) fn new(runs: impl IntoIterator<Item = (u64, f64)>, is_less_better: bool) -> Self {
         let (mut seeds, mut values): (Vec<u64>, Vec<f64>) = runs.into_iter().unzip();
         let runs = values.len();
         values.retain(|value| value.is_finite());
@@ -32,6 +34,7 @@ impl Sample {
             not_numbers: runs - values.len(),
             values,
             seeds,
+            is_less_better,
         }
     }
 
@@ -40,13 +43,18 @@ impl Sample {
         mean(&self.values)
     }
 
-    /// Mean for ranking; samples without values rank last.
-    pub(super) fn mean_or_least(&self) -> f64 {
-        if self.values.is_empty() {
-            f64::NEG_INFINITY
-        } else {
-            self.mean()
+    /// The better, the greater: by the mean. Samples without values come last.
+    pub(super) fn merit(&self) -> f64 {
+        match (self.values.is_empty(), self.is_less_better) {
+            (true, _) => f64::NEG_INFINITY,
+            (false, true) => -self.mean(),
+            (false, false) => self.mean(),
         }
+    }
+
+    /// Whether less is better.
+    pub(super) fn is_less_better(&self) -> bool {
+        self.is_less_better
     }
 
     /// Standard deviation with divisor n - 1; NaN for fewer than two values.

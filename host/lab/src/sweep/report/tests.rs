@@ -90,6 +90,7 @@ impl Example {
             factors: &self.factors,
             compared: Compared::Levels,
             outcome: ("fitness", "fitness of the champion"),
+            is_less_better: false,
             others: &self.others,
             unfinished: None,
             time: ("generation", "generation"),
@@ -146,6 +147,53 @@ fn one(name: &str, seeds: u32) -> Example {
         }
     }
     Example::new(name, &["parents"], &runs)
+}
+
+/// Where less is better, as of times, everything that is ranked is the other way round: the same runs with their outcomes' signs changed
+/// have the same order.
+#[test]
+fn less_may_be_better() {
+    let example = one("less", 8);
+    let negated: Vec<_> = rows(&example.read("results.csv"))
+        .iter()
+        .map(|row| {
+            (
+                vec![row["parents"].clone()],
+                row["seed"].parse().unwrap(),
+                -row["fitness"].parse::<f64>().unwrap(),
+            )
+        })
+        .collect();
+    let more = Example::new("more", &["parents"], &negated).report();
+    let less = example.tables(|tables| {
+        report(&Tables {
+            is_less_better: true,
+            unfinished: None,
+            spent: None,
+            ..*tables
+        })
+    });
+    let less = less.unwrap();
+    assert!(less.html.contains("less is better") && less.html.contains("has the lowest mean"));
+    assert!(more.html.contains("more is better") && more.html.contains("has the highest mean"));
+    assert_eq!(less.json["best_cell"]["levels"], more.json["best_cell"]["levels"]);
+    assert_eq!(less.json["best_cell"]["levels"]["parents"], "1");
+    let numbers = |report: &Report| -> Vec<_> {
+        let champions = report.json["champions"].as_array().unwrap();
+        champions.iter().map(|run| run["run"].clone()).collect()
+    };
+    assert_eq!(numbers(&less), numbers(&more));
+    assert_eq!(less.best, more.best);
+    let order = |report: &Report| -> Vec<_> {
+        rows(&report.cells_csv)
+            .iter()
+            .map(|row| row["parents"].clone())
+            .collect()
+    };
+    assert_eq!(order(&less), order(&more));
+    assert_eq!(order(&less)[0], "1");
+    // The one with the best mean is also so by ranks.
+    assert!(less.html.contains("lower end") && !less.html.contains("other way round"));
 }
 
 /// Keys that change together, as in a sweep's list, are tested once: the correction has no more tests than there are questions.
