@@ -311,7 +311,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
             task.is_some_and(|part| part.functions().contains(&"task_ends")),
             "has `task_ends`, which ends only a single robot's episode; `mission_ends` ends a swarm's",
         ),
-        ("start.kind", !spec.start.is_drawn(), "is neither `random` nor `zone`"),
+        ("start.kind", matches!(spec.start, Start::At { .. }), "is `at`"),
         ("noise.walk_range_mm", spec.noise.walk_range != 0.0, "is not 0"),
     ];
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
@@ -353,7 +353,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
             return Err(Invalid::new("pucks.count", problem));
         }
     }
-    if !places.is_empty() {
+    if !spec.start.is_drawn() || !places.is_empty() {
         return Ok(());
     }
     let area = Area::of(&spec.start, &spec.arena)?;

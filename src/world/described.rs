@@ -84,6 +84,8 @@ pub(crate) struct Together {
     pub(crate) contact: Contact,
     /// Where each starts, x and y in mm; `None`: at random places.
     pub(crate) starts: Option<Vec<[f32; 2]>>,
+    /// The heading of each there, turns; none: random ones.
+    pub(crate) headings: Vec<f32>,
     /// Their reference model and its values.
     pub(crate) model: Option<(Model, Reference)>,
     /// Pucks.
@@ -428,7 +430,7 @@ impl Described {
             .map_or(0, |swarm| swarm.count)
     }
 
-    /// A cell for each of these robots: where it starts, and its first gene.
+    /// A cell for each of these robots: where it starts, its first gene, and its heading at the start.
     fn differing(&self, genes: usize) -> impl Iterator<Item = [f32; 4]> {
         let robots = self
             .together
@@ -436,7 +438,8 @@ impl Described {
             .flat_map(|swarm| (0..self.differing_count()).map(move |robot| (swarm, robot)));
         robots.map(move |(swarm, robot)| {
             let [x, y] = swarm.starts.as_ref().map_or([0.0; 2], |places| places[robot as usize]);
-            [x, y, (swarm.genomes.of(robot) as usize * genes) as f32, 0.0]
+            let heading = swarm.headings.get(robot as usize).copied().unwrap_or(0.0);
+            [x, y, (swarm.genomes.of(robot) as usize * genes) as f32, heading]
         })
     }
 

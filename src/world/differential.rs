@@ -50,6 +50,8 @@ pub struct Differential {
     pub contact: Option<Contact>,
     /// Of several robots: where each starts, with a random heading. `None`: at random places.
     pub starts: Option<Starts>,
+    /// Of robots whose starts are given: the heading of each, turns counter-clockwise from the x axis, 0 to less than 1. Empty: random ones.
+    pub headings: Vec<f32>,
     /// Its reference model, of several robots. `None`: it has only the sensors of its list.
     pub model: Option<Model>,
     /// Values of that model.
@@ -102,6 +104,7 @@ impl Differential {
             genomes: Genomes::Homogeneous,
             contact: None,
             starts: None,
+            headings: Vec::new(),
             model: None,
             reference: Reference::DEFAULT,
             sensors: Vec::new(),
@@ -297,6 +300,7 @@ impl Differential {
             genomes: self.genomes.clone(),
             contact: self.contact.unwrap_or_default(),
             starts: self.starts.as_ref().map(|Starts(places)| places.clone()),
+            headings: self.headings.clone(),
             model: self.model.map(|model| (model, self.reference.clone())),
             pucks: None,
         }))
@@ -314,6 +318,15 @@ impl Differential {
                 "has {} places; allowed: one for each robot, {count}",
                 places.len()
             ));
+        }
+        if ![0, places.len()].contains(&self.headings.len()) {
+            return invalid(format!(
+                "has {} headings; allowed: one for each robot, or none",
+                self.headings.len()
+            ));
+        }
+        if let Some(heading) = self.headings.iter().find(|heading| !(0.0..1.0).contains(*heading)) {
+            return invalid(format!("has the heading {heading}; allowed: 0 to less than 1 turns"));
         }
         let least = 2.0 * body.radius;
         for (second, place) in places.iter().enumerate() {

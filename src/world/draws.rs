@@ -3,9 +3,11 @@
 use crate::batch::Variants;
 use crate::parameter::{self, Allowed, Datum, Invalid};
 use crate::random::pcg4d;
+use crate::world::Build;
+use crate::world::differential::Starts;
 use crate::world::parameters::PARAMETERS;
 use crate::world::spec::WorldSpec;
-use crate::world::start::Start;
+use crate::world::start::{Poses, Start};
 use crate::world::varied::Varied;
 
 /// Most worlds in all.
@@ -30,7 +32,16 @@ impl WorldSpec {
     /// More than kernels can be given at once; a number of worlds that nothing makes differ.
     pub(super) fn variants(&self) -> Result<Variants, Invalid> {
         let starts = match &self.start {
-            Start::Poses(poses) => poses.0.len() as u32,
+            Start::Poses(poses) => {
+                let (poses, robots) = (poses.0.len() as u32, self.robot.count());
+                if !poses.is_multiple_of(robots) {
+                    let problem = format!(
+                        "has {poses} poses; allowed: a pose for each of {robots} robots, once or several times"
+                    );
+                    return Err(Invalid::new("start.poses", problem));
+                }
+                poses / robots
+            }
             _ => 1,
         };
         let drawn = if self.varied.is_empty() {
@@ -65,8 +76,7 @@ impl WorldSpec {
             ..self.clone()
         };
         if let Start::Poses(poses) = &self.start {
-            let [x, y, heading] = poses.0[index % variants.starts as usize];
-            spec.start = Start::At { x, y, heading };
+            spec.start_at(poses, index % variants.starts as usize);
         }
         let world = (index / variants.starts as usize) as u32;
         let lists = [(VARY, &self.varied.vary), (CHOOSE, &self.varied.choose)];
@@ -82,6 +92,23 @@ impl WorldSpec {
             spec.draw(list, key, values, |name| unit(seed, world, name))?;
         }
         Ok(spec)
+    }
+
+    /// Begins with a pose of a list, or with one for each robot of a swarm.
+    fn start_at(&mut self, poses: &Poses, start: usize) {
+        let robots = self.robot.count() as usize;
+        let own = &poses.0[start * robots..][..robots];
+        self.start = match &mut self.robot.build {
+            Build::Differential(robot) if robot.count.is_some() => {
+                robot.starts = Some(Starts(own.iter().map(|[x, y, _]| [*x, *y]).collect()));
+                robot.headings = own.iter().map(|[.., heading]| *heading).collect();
+                Start::Random
+            }
+            _ => {
+                let [x, y, heading] = own[0];
+                Start::At { x, y, heading }
+            }
+        };
     }
 
     /// Draws the numbers with a key, given a number from 0 to less than 1 for each name.

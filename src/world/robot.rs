@@ -49,6 +49,11 @@ impl Robot {
         self.build.described()?.count
     }
 
+    /// Number of robots of its world.
+    pub(crate) fn count(&self) -> u32 {
+        self.build.described().and_then(|robot| robot.count).unwrap_or(1)
+    }
+
     /// Whether the robots of a swarm start at given places.
     pub fn has_starts(&self) -> bool {
         !self.start_places().is_empty()

@@ -22,7 +22,7 @@ pub enum Start {
         /// Heading in turns, -1 to 1; a world has it from 0 to less than 1.
         heading: f32,
     },
-    /// A list of poses: trial after trial takes the next one.
+    /// A list of poses: trial after trial takes the next one, or the next for each robot of a swarm.
     Poses(Poses),
     /// A free pose in a part of the arena, drawn like [`Start::Random`].
     Zone(Zone),
@@ -35,7 +35,7 @@ impl Start {
     }
 }
 
-/// Starts of which trial after trial takes the next: x and y in mm, heading in turns.
+/// Starts of which trial after trial takes the next, or the next ones for all robots of a swarm: x and y in mm, heading in turns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Poses(pub Vec<[f32; 3]>);
 

@@ -444,6 +444,14 @@ fn start_place(robot: &Described, together: &Together, spec: &WorldSpec) -> Stri
     place_in_field(arena)
 }
 
+/// A robot's heading at the start: its own, or the drawn one.
+fn start_heading(robot: &Described, together: &Together, spec: &WorldSpec) -> String {
+    if together.headings.is_empty() {
+        return "drawn".to_owned();
+    }
+    format!("numbers(world, {}u + member).w", robot.differing_cell(&spec.arena))
+}
+
 /// A random place in the field.
 fn place_in_field(arena: &Arena) -> String {
     let place = if arena.is_field_round {
@@ -505,12 +513,16 @@ fn constants(robot: &Described, together: &Together, spec: &WorldSpec) -> String
 const MEMBERS_CELL: u32 = {}u;
 fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
 {}}}
+fn start_heading(world: u32, member: u32, drawn: f32) -> f32 {{
+    return {};
+}}
 fn first_gene(episode: Episode, member: u32) -> u32 {{
     return {};
 }}
 ",
         robot.members_cell(arena),
         start_place(robot, together, spec),
+        start_heading(robot, together, spec),
         first_gene(robot, together, arena)
     );
     if let Some(discs) = &together.pucks {

@@ -6,7 +6,7 @@ use oneiro::arena::{Arena, Block, Field, Light, Obstacle, Patch, Wall};
 use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
-use oneiro::differential::{Build, Differential};
+use oneiro::differential::{Build, Differential, Starts};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::parameter::Datum;
 use oneiro::random::Key;
@@ -44,6 +44,18 @@ fn drawn() -> Varied {
 
 fn poses() -> Start {
     Start::Poses(Poses(vec![[60.0, 60.0, 0.0], [60.0, 290.0, 0.5], [540.0, 60.0, -0.25]]))
+}
+
+/// Two starts of three robots.
+fn swarm_poses() -> Start {
+    Start::Poses(Poses(vec![
+        [60.0, 60.0, 0.0],
+        [60.0, 290.0, 0.5],
+        [540.0, 60.0, -0.25],
+        [200.0, 500.0, 0.125],
+        [300.0, 500.0, 0.0625],
+        [700.0, 400.0, 0.0],
+    ]))
 }
 
 fn alone() -> WorldSpec {
@@ -121,7 +133,11 @@ pub(crate) fn subjects() -> Vec<Subject> {
         ("both", with(alone(), drawn(), poses())),
         ("ring", with(parametric(None), Varied::default(), ring())),
         ("swarm in a ring", with(parametric(Some(3)), Varied::default(), ring())),
-        ("swarm in its nest", with(parametric(Some(3)), vary_floor, nest)),
+        ("swarm in its nest", with(parametric(Some(3)), vary_floor.clone(), nest)),
+        (
+            "swarm at its poses",
+            with(parametric(Some(3)), vary_floor, swarm_poses()),
+        ),
         ("told", told(parametric(None))),
         ("told to a swarm", told(parametric(Some(2)))),
     ];
@@ -141,6 +157,44 @@ fn traces(batch: &Batch) -> Vec<(u32, Trace)> {
         .map(|fitness| fitness.to_bits())
         .zip(outcome.traces)
         .collect()
+}
+
+/// Robots of a swarm begin exactly at their poses, in turns.
+#[test]
+fn a_swarms_robots_begin_at_their_poses() {
+    let spec = WorldSpec {
+        start: swarm_poses(),
+        ..parametric(Some(3))
+    };
+    let Start::Poses(Poses(poses)) = &spec.start else {
+        unreachable!()
+    };
+    let observed = World::new(spec.clone()).unwrap().observed().unwrap();
+    assert_eq!(observed.variants().len(), 2);
+    let genes = genes(&observed, 1);
+    for trial in 0..5 {
+        let rollout = Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key::rollout(9, 4, 0, trial),
+        };
+        let batch = Batch::new(
+            std::slice::from_ref(&observed),
+            &[rollout],
+            Some(TraceRequest { every: 1 }),
+        )
+        .unwrap();
+        let (_, trace) = traces(&batch).pop().unwrap();
+        for (robot, own) in trace.by_robot(3).iter().enumerate() {
+            let first = own.iter().next().unwrap();
+            let [x, y, heading] = poses[trial as usize % 2 * 3 + robot];
+            assert_eq!(
+                [first.x, first.y, first.heading],
+                [x, y, heading.rem_euclid(1.0)],
+                "robot {robot} in trial {trial}"
+            );
+        }
+    }
 }
 
 /// Every episode of a world that varies has the bits of the world that it says is the episode's.
@@ -415,11 +469,34 @@ fn what_cannot_vary_is_refused() {
         "start",
         "free in 0 %",
     );
-    let several = WorldSpec {
-        start: poses(),
-        ..parametric(Some(3))
+    let swarm = |start| WorldSpec {
+        start,
+        ..parametric(Some(4))
     };
-    refused(several, "start.kind", "only without robot.count");
+    refused(
+        swarm(poses()),
+        "start.poses",
+        "has 3 poses; allowed: a pose for each of 4 robots",
+    );
+    let at = Start::At {
+        x: 60.0,
+        y: 60.0,
+        heading: 0.0,
+    };
+    refused(swarm(at), "start.kind", "is `at`; allowed: only without robot.count");
+    let near = [60.0, 65.0, 110.0, 400.0].map(|x| [x, 60.0, 0.0]);
+    refused(
+        swarm(Start::Poses(Poses(near.into()))),
+        "start.poses",
+        "overlapping places 0 and 1",
+    );
+    let mut twice = swarm(Start::Poses(Poses(
+        [60.0, 160.0, 260.0, 360.0].map(|x| [x, 60.0, 0.0]).into(),
+    )));
+    if let Build::Differential(robot) = &mut twice.robot.build {
+        robot.starts = Some(Starts([60.0, 160.0, 260.0, 360.0].map(|x| [x, 160.0]).into()));
+    }
+    refused(twice, "start.kind", "together with robot.starts_mm");
 }
 
 /// A world with one of everything, whose task scores what it is told.

@@ -8,7 +8,7 @@ use oneiro::differential::{Build, Contact, Differential, Sensor, SensorKind, Sta
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::reference::Model;
-use oneiro::world::{Collision, Pucks, Robot, Task, World, WorldSpec};
+use oneiro::world::{Collision, Poses, Pucks, Robot, Start, Task, World, WorldSpec};
 
 use crate::composed::Subject;
 
@@ -98,12 +98,22 @@ fn batch(world: &World, count: usize) -> Batch {
 }
 
 pub(crate) fn subjects() -> Vec<Subject> {
-    [("gathered", Task::GatherPucks), ("brought", Task::BringPucks)]
-        .map(|(name, task)| {
-            let world = world(spec(task, some()));
-            Subject::new(name, 48, 2, |count| batch(&world, count)).without_specialising()
-        })
-        .into()
+    // Robots that begin at poses, next to pucks at drawn places.
+    let pose = |robot: u32| [60.0 + 100.0 * robot as f32, 400.0, robot as f32 / 8.0];
+    let poses = Start::Poses(Poses((0..ROBOTS).map(pose).collect()));
+    [
+        ("gathered", Task::GatherPucks, Start::Random),
+        ("brought", Task::BringPucks, Start::Random),
+        ("at poses", Task::GatherPucks, poses),
+    ]
+    .map(|(name, task, start)| {
+        let world = world(WorldSpec {
+            start,
+            ..spec(task, some())
+        });
+        Subject::new(name, 48, 2, |count| batch(&world, count)).without_specialising()
+    })
+    .into()
 }
 
 /// Places of all pucks at the start of each cycle, and the robots'.

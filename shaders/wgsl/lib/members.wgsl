@@ -139,13 +139,17 @@ fn body_touches(world: u32, body: u32, at: vec2<f32>) -> bool {
     return touches(world, at);
 }
 
-// The body that gets a place at the start after so many others, and a place that is drawn for it.
+// The body that gets a place at the start after so many others, a place that is drawn for it, and its heading.
 fn body_by_turn(world: u32, turn: u32) -> u32 {
     return turn;
 }
 
 fn start_of_body(world: u32, body: u32, u: vec4<f32>) -> vec2<f32> {
     return start_place(world, body, u);
+}
+
+fn heading_of_body(world: u32, body: u32, drawn: f32) -> f32 {
+    return start_heading(world, body, drawn);
 }
 
 // What pucks do before bodies push each other, and after.

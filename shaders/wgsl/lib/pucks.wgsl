@@ -75,6 +75,13 @@ fn start_of_body(world: u32, body: u32, u: vec4<f32>) -> vec2<f32> {
     return start_place(world, body, u);
 }
 
+fn heading_of_body(world: u32, body: u32, drawn: f32) -> f32 {
+    if (is_puck(world, body)) {
+        return drawn;
+    }
+    return start_heading(world, body, drawn);
+}
+
 fn pucks_wait(episode: Episode) {
     for (var body = member_count(episode.world); body < body_count(episode.world); body++) {
         let words = member_at(episode, body);

@@ -92,7 +92,7 @@ fn place_bodies(episode: Episode) {
             draws++;
             if (!body_touches(world, body, at)) {
                 put_place(body_words, MEMBER_X, at);
-                put(body_words, MEMBER_HEADING, u.z);
+                put(body_words, MEMBER_HEADING, heading_of_body(world, body, u.z));
                 drawn = true;
                 looked_at = 0u;
                 is_free = true;

@@ -594,7 +594,7 @@ fn robot<'a>(unread: Unread<'a>, draft: &mut Draft) -> Result<Robots<'a>> {
     let start = |([x, y, _], degrees): ([f64; 3], f64)| Start {
         line: read.line(),
         at: [METRE * x, METRE * y],
-        degrees,
+        degrees: Some(degrees),
     };
     let controller = read.child("controller").and_then(|own| own.word("config"));
     Ok(Robots {
@@ -721,7 +721,7 @@ fn distribute<'a>(
                 let start = |at: &[f64; 2]| Start {
                     line: robot.line,
                     at: *at,
-                    degrees: degrees.unwrap_or_default(),
+                    degrees,
                 };
                 robot.starts = places.iter().take(GREATEST_COUNT).map(start).collect();
                 robots.push(robot);
@@ -867,16 +867,7 @@ fn place_robots(
                 draft.leave_out(line, "<params dist_radius>", why);
             }
         }
-        _ if starts.len() == kept => {
-            if starts.iter().any(|start| start.degrees != 0.0) || kept > 1 {
-                draft.leave_out(
-                    line,
-                    "orientations of robots",
-                    "a swarm's robots start with random headings",
-                );
-            }
-            draft.start_at(starts, true);
-        }
+        _ if starts.len() == kept => draft.start_at(starts, true),
         _ => {
             for start in starts {
                 draft.leave_out(

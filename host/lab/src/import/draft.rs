@@ -223,7 +223,8 @@ impl Outline {
 pub(super) struct Start {
     pub(super) line: usize,
     pub(super) at: [f64; 2],
-    pub(super) degrees: f64,
+    /// Its heading, or none for a random one.
+    pub(super) degrees: Option<f64>,
 }
 
 /// A value of a table.
@@ -466,6 +467,9 @@ impl Draft {
             }
         };
         let has = |table: &str| self.entries.iter().any(|entry| entry.table == table);
+        let lines: Vec<String> = self.starts.iter().map(|start| start.line.to_string()).collect();
+        let lines = lines.join(", ");
+        let headings: Option<Vec<f64>> = self.starts.iter().map(|start| start.degrees).collect();
         if has("") {
             text.push('\n');
             entries(&mut text, "");
@@ -473,14 +477,8 @@ impl Draft {
         if has("robot") {
             text += "\n[robot]\n";
             entries(&mut text, "robot");
-            if self.is_swarm && !self.starts.is_empty() {
-                let lines: Vec<String> = self.starts.iter().map(|start| start.line.to_string()).collect();
-                let _ = writeln!(
-                    text,
-                    "# {}:{}: starts, with random headings",
-                    in_line(file),
-                    lines.join(", ")
-                );
+            if self.is_swarm && !self.starts.is_empty() && headings.is_none() {
+                let _ = writeln!(text, "# {}:{lines}: starts, with random headings", in_line(file));
                 let starts: Vec<String> = self.starts.iter().map(|start| pair(place(start.at))).collect();
                 let _ = writeln!(text, "starts_mm = [{}]", starts.join(", "));
             }
@@ -531,20 +529,31 @@ impl Draft {
                 _ => (),
             }
         }
-        if !self.is_swarm
+        if let Some(headings) = headings.filter(|headings| self.is_swarm && !headings.is_empty()) {
+            let _ = writeln!(
+                text,
+                "\n# {}:{lines}: the robots' starts, headings in turns\n[start]\nkind = \"poses\"",
+                in_line(file)
+            );
+            let poses = self.starts.iter().zip(headings).map(|(start, degrees)| {
+                let [x, y] = place(start.at);
+                format!("[{}, {}, {}]", number(x), number(y), number(degrees / 360.0))
+            });
+            let poses: Vec<String> = poses.collect();
+            let _ = writeln!(text, "poses = [{}]", poses.join(", "));
+        } else if !self.is_swarm
             && let [start] = self.starts[..]
         {
             let [x, y] = place(start.at);
             let _ = writeln!(
                 text,
-                "\n# {}:{}: the robot's start\n[start]\nkind = \"at\"",
-                in_line(file),
-                start.line
+                "\n# {}:{lines}: the robot's start\n[start]\nkind = \"at\"",
+                in_line(file)
             );
             let at = [
                 ("x_mm", number(x)),
                 ("y_mm", number(y)),
-                ("heading_deg", number(start.degrees)),
+                ("heading_deg", number(start.degrees.unwrap_or_default())),
             ];
             values(&mut text, &at);
         }

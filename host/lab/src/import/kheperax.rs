@@ -102,7 +102,7 @@ pub(super) fn read(name: &str, text: &str, wanted: Option<&str>) -> Result<Draft
     let start = Start {
         line: maze.line,
         at: [150.0; 2],
-        degrees: 90.0,
+        degrees: Some(90.0),
     };
     draft.start_at(vec![start], false);
     Ok(draft)

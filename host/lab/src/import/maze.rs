@@ -74,7 +74,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<Draft> {
     let start = Start {
         line,
         at: [UNIT * at[0], UNIT * at[1]],
-        degrees: turned(heading[0]),
+        degrees: Some(turned(heading[0])),
     };
     while let Some((line, goal)) = rest.next_if(|(_, numbers)| numbers.len() == 2) {
         let why = format!(

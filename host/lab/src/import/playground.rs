@@ -115,7 +115,7 @@ fn robots(root: Element<'_>, draft: &mut Draft) -> Result {
         let start = Start {
             line: robot.line(),
             at: place(robot)?,
-            degrees: angle(robot)?,
+            degrees: Some(angle(robot)?),
         };
         let Some((_, preset)) = ROBOTS.iter().find(|(known, _)| *known == kind) else {
             let why = format!("Oneiro has no `{kind}`; allowed: thymio2, e-puck");
@@ -159,7 +159,6 @@ fn robots(root: Element<'_>, draft: &mut Draft) -> Result {
             }
             let line = starts[0].line;
             draft.set(("robot", "count"), kept.to_string(), line, "<robot>, their number");
-            draft.leave_out(line, "<robot angle>", "a swarm's robots start with random headings");
             draft.start_at(starts, true);
         }
     }

@@ -249,7 +249,10 @@ fn a_playground_becomes_an_experiment() {
     );
     has(
         &two.text,
-        &["count = 2\n", "starts_mm = [[250.0, 400.0], [950.0, 600.0]]"],
+        &[
+            "count = 2\n",
+            "headings in turns\n[start]\nkind = \"poses\"\nposes = [[250.0, 400.0, 0.25], [950.0, 600.0, 0.0]]",
+        ],
     );
     // A start in a wall becomes a random one.
     let stuck = good("stuck.playground", &PLAYGROUND.replace("x=\"25\"", "x=\"60\""));

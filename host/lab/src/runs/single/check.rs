@@ -201,7 +201,11 @@ fn summary(experiment: &Experiment) -> String {
                 Start::At { x, y, heading } => format!("at ({x}, {y}) mm, heading {heading} turns"),
                 Start::Poses(poses) => {
                     let poses = counted(poses.0.len(), "pose", "poses");
-                    format!("{poses}, of which trial after trial takes the next")
+                    let next = match world.robots() {
+                        1 => "the next".to_owned(),
+                        robots => format!("the next {robots}, one for each robot"),
+                    };
+                    format!("{poses}, of which trial after trial takes {next}")
                 }
                 Start::Zone(zone) => format!("a random free pose for each episode, in {}", zone.words()),
             },

@@ -142,7 +142,10 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
     taken::check_moment(replay, every, trace.len())?;
     let life = lives.fitness[replay.trial as usize];
-    let title = title(&format!(", fitness {}", significant(life.into(), 6)));
+    // Where worlds or starts vary, the one of this episode.
+    let number = (world.variants().len() > 1).then(|| world.variant(shown.key));
+    let place = number.map_or_else(String::new, |number| format!(", world {number}"));
+    let title = title(&format!(", fitness {}{place}", significant(life.into(), 6)));
     let shown_in = world.of(shown.key);
     let spec = shown_in.spec();
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
@@ -189,6 +192,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         "bits": format!("{bits:08x}"),
         "compared": !is_new,
         "trial": replay.trial,
+        "world": number,
         "trial_fitness": decimal(life),
         "trial_bits": format!("{:08x}", life.to_bits()),
         "collisions": collisions,
@@ -210,10 +214,10 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         None => format!("generation {}, individual {}", champion.generation, champion.individual),
     };
     let (all, one) = match settings.trials {
-        1 => (String::new(), String::new()),
+        1 => (String::new(), place),
         trials => {
             let (score, trial) = (settings.trial_score.word(), replay.trial);
-            let one = format!("\nepisode {trial}: fitness {life} (bits {:08x})", life.to_bits());
+            let one = format!("\nepisode {trial}: fitness {life} (bits {:08x}){place}", life.to_bits());
             (format!(" of {trials} episodes ({score})"), one)
         }
     };
