@@ -24,7 +24,7 @@ pub(crate) struct Described {
     pub(crate) latency: u32,
     pub(crate) battery: Option<Battery>,
     /// Values of robots that share a world.
-    pub(crate) together: Option<Together>,
+    pub(crate) together: Option<Box<Together>>,
     pub(crate) sensors: Vec<Sensor>,
     /// What its kernel looks up in grids: see [`decide`](super::near::decide).
     pub(crate) grids: Grids,
@@ -425,7 +425,7 @@ impl Described {
     fn differing_count(&self) -> u32 {
         let is_alike = |swarm: &&Together| swarm.starts.is_none() && swarm.genomes == Genomes::Homogeneous;
         self.together
-            .as_ref()
+            .as_deref()
             .filter(|swarm| !is_alike(swarm))
             .map_or(0, |swarm| swarm.count)
     }

@@ -162,7 +162,7 @@ impl Differential {
         if self.battery.is_none() && self.battery_ends_life == Some(true) {
             return Err(Invalid::new("robot.battery_ends_life", ONLY_WITH_A_BATTERY));
         }
-        let together = self.check_members(&drive, body)?;
+        let together = self.check_members(&drive, body)?.map(Box::new);
         self.check_arena(arena)?;
         length("robot.sensors", self.sensors.len(), GREATEST_LIST)?;
         let columns = self.columns();

@@ -31,7 +31,7 @@ impl Physics {
 
     /// Values of robots that share a world.
     pub(crate) fn together(&self) -> Option<&Together> {
-        self.described()?.together.as_ref()
+        self.described()?.together.as_deref()
     }
 
     /// Their pucks.
