@@ -567,7 +567,7 @@ pub(crate) struct Adopt {
     /// .npy (f4 or f8, rows x genes), .csv (a genome per row), .json or .txt of machines and trees, or a run's directory (its champion)
     #[arg(long, value_name = "FILE|DIR", value_hint = ValueHint::AnyPath)]
     pub(crate) genomes: PathBuf,
-    /// Episodes of each genome; the best mean is the champion [default: 100]
+    /// Episodes of each genome, 2 to 10000; the best mean is the champion [default: 100]
     #[arg(long, value_name = "K", value_parser = whole::<u32>(2..=10_000))]
     pub(crate) trials: Option<u32>,
     /// Seed of starts and noise [default: the experiment's, else a random one]
@@ -899,7 +899,7 @@ pub(crate) struct Export {
     /// Cycles that the file checks itself by, 1 to 1000
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole::<u32>(1..=1000))]
     pub(crate) checks: u32,
-    /// Seed of the episode that these cycles are from [default: the run's, or 1]
+    /// Seed of the episode that these cycles are from [default: that of the run or the experiment, or 1]
     #[arg(long, value_name = "N", value_parser = seed())]
     pub(crate) seed: Option<u64>,
     /// Its trial, from 0

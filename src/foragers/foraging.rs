@@ -38,6 +38,14 @@ pub const READINGS: [&str; 13] = [
     "carries",
 ];
 
+/// Distances, mm, and what a sensor of proximity reads there, 0 to 1.
+pub(crate) fn proximity_points() -> [[f64; 2]; 11] {
+    std::array::from_fn(|at| {
+        let (distance, reading, _) = PROXIMITY[at];
+        [distance, reading / GREATEST_PROXIMITY]
+    })
+}
+
 /// Most items of food in an arena.
 pub const GREATEST_ITEMS: u32 = forager::GREATEST_ITEMS;
 

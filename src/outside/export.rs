@@ -35,7 +35,7 @@ use oneiro_shader_compiler::{Generic, language};
 
 use crate::batch::{KEY_WORDS, LEAST_GENE, Rollout, Trace, TraceRequest, Worlds};
 use crate::evaluator::{Control, Evaluator};
-use crate::foragers::foraging;
+use crate::foragers::foraging::{self, Foraging};
 use crate::outside::export::simulator::Simulator;
 pub use crate::outside::reported::Error;
 use crate::outside::reported::check;
@@ -370,15 +370,20 @@ impl Target {
         self.name == "c"
     }
 
-    /// Whether names in its file can't begin with a name: it is a word of a language or a module that the file imports.
+    /// Whether names in its file can't begin with a name: it is a word of a language or of its library, or a module that the file imports.
     pub fn is_reserved(&self, name: &str) -> bool {
         /// Of C++ classes, and modules of Python and ROS 2.
         const OTHERS: &str = "INPUTS OUTPUTS PERIOD_MS check state None True False array errno math struct time zlib signal rclpy std_msgs \
                               geometry_msgs setuptools main";
+        /// Of C's and C++'s usual headers, and modules of Lua.
+        const OF_LIBRARIES: &str = "std abs div labs exit abort atexit malloc calloc realloc free qsort rand srand system getenv printf \
+                                    puts putchar getchar scanf remove rename memcpy memset strlen size_t ptrdiff_t NULL NAN EOF INFINITY \
+                                    INT_MAX stdin stdout stderr sin cos tan exp log pow sqrt floor ceil y0 y1 yn j0 j1 jn string table \
+                                    io os coroutine package debug utf8 bit32";
         let is_in = |words: &str| words.split_whitespace().any(|word| word == name);
         let is_wrong =
             self.names_packages() && (name.contains("__") || name.ends_with('_') || name.to_lowercase() != name);
-        is_in(pieces::KEYWORDS) || is_in(OTHERS) || is_wrong
+        is_in(pieces::KEYWORDS) || is_in(OTHERS) || is_in(OF_LIBRARIES) || is_wrong
     }
 
     /// The characters of names in its file.
@@ -542,6 +547,24 @@ impl Controller {
         Ok([0, 1].map(|output| f32::from_bits(words[outputs + output])))
     }
 
+    /// Whether a cycle would give other bits if sums took products unrounded, as compilers fuse them.
+    pub fn shows_fusing(&self, cycle: &Recorded) -> bool {
+        let mut exact = cycle.before.0.clone();
+        exact.extend(cycle.readings.iter().map(|reading| reading.to_bits()));
+        exact.extend([0; 4]);
+        let given = exact.clone();
+        run(&self.cycle, &self.tables, &mut exact);
+        [true, false].into_iter().any(|is_left| {
+            let mut fused = given.clone();
+            let mut memory = Memory {
+                tables: &self.tables,
+                exported: &mut fused,
+            };
+            // A program may go elsewhere then, as far as for ever.
+            interpret::run_fused(&self.cycle, &mut memory, is_left, TURNS).is_err() || fused != exact
+        })
+    }
+
     /// The speeds of the left and the right wheel that outputs command, as fractions of full speed, -1 to 1.
     ///
     /// # Errors
@@ -686,7 +709,10 @@ fn inputs(spec: &WorldSpec) -> Vec<Input> {
             };
             SENSOR_NAMES.iter().map(activation).collect()
         }
-        Build::Forager(_) => foraging::READINGS.iter().map(|name| of_forager(name)).collect(),
+        Build::Forager(own) => foraging::READINGS
+            .iter()
+            .map(|name| of_forager(&own.foraging, name))
+            .collect(),
         Build::Differential(_) => of_kinds.collect(),
     };
     let known: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
@@ -705,15 +731,24 @@ fn inputs(spec: &WorldSpec) -> Vec<Input> {
 }
 
 /// A reading of a forager, whose sensors are named by their bearings.
-fn of_forager(name: &str) -> Input {
+fn of_forager(foraging: &Foraging, name: &str) -> Input {
     let about = match name.split('_').next() {
-        Some("near") => "0 to 1: the e-puck's sensor of proximity in this direction, of its maximum",
-        Some("light") => "0 to 1: the e-puck's sensor of light in this direction; more is brighter",
-        _ => "1 if the robot carries food, 0 if not",
+        Some("near") => {
+            let points = foraging::proximity_points().map(|[mm, reading]| format!("{reading:.4} at {mm} mm"));
+            format!(
+                "0 to 1, by the distance to the nearest object in this direction: {}",
+                points.join(", ")
+            )
+        }
+        Some("light") => format!(
+            "0 to 1: the light in this direction; {} without a lamp, more where one is nearer and straighter ahead",
+            foraging.ambient
+        ),
+        _ => "1 if the robot carries food, 0 if not".to_owned(),
     };
     Input {
         name: name.to_owned(),
-        about: about.to_owned(),
+        about,
     }
 }
 

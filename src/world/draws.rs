@@ -4,6 +4,7 @@ use crate::batch::Variants;
 use crate::parameter::{self, Allowed, Datum, Invalid};
 use crate::random::pcg4d;
 use crate::world::Build;
+use crate::world::arena::Arena;
 use crate::world::differential::Starts;
 use crate::world::parameters::PARAMETERS;
 use crate::world::spec::WorldSpec;
@@ -78,6 +79,10 @@ impl WorldSpec {
         if let Start::Poses(poses) = &self.start {
             spec.start_at(poses, index % variants.starts as usize);
         }
+        if let Build::Forager(_) = spec.robot.build {
+            // It follows from the forager's numbers.
+            spec.arena = Arena::default();
+        }
         let world = (index / variants.starts as usize) as u32;
         let lists = [(VARY, &self.varied.vary), (CHOOSE, &self.varied.choose)];
         for (list, key, values) in lists
@@ -124,6 +129,11 @@ impl WorldSpec {
                 .iter()
                 .map(|row| row.key)
                 .filter(|key| TABLES.iter().any(|table| key.starts_with(table)));
+            if PARAMETERS.iter().any(|row| row.key == pattern) {
+                return refused(
+                    "which is no number with a fraction; allowed: others, or runs or a sweep for each value".to_owned(),
+                );
+            }
             let meant =
                 parameter::nearest(keys, &pattern).map_or_else(String::new, |meant| format!("; did you mean {meant}?"));
             return refused(format!(

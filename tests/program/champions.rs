@@ -1414,3 +1414,102 @@ evolution = {{ population = 4, parents = 2, generations = 3, finalists = 0 }}\n"
         .exits(3)
         .says(&[genes, "allowed: up to 100, or sep-cma-es"]);
 }
+
+/// What is printed to be typed next is the first episode of the table, with the same bits, or is no replay.
+#[test]
+fn the_next_command_replays_the_first_episode() {
+    let place = Place::new("next");
+    place.write(
+        "small.toml",
+        "cycles = 60\n[evolution]\npopulation = 20\nparents = 4\ngenerations = 2\nfinalists = 2\nfinalist_lives = 2\n",
+    );
+    place.evolved("small.toml", "1", "run", &[]);
+    place.write("starts.csv", "x_mm,y_mm,heading_turns\n100,90,0.125\n300,300,0.25\n");
+    for options in [
+        &["--trials", "2"][..],
+        &["--starts", "starts.csv"],
+        &["--starts", "starts.csv", "--set", "seed=7"],
+    ] {
+        let seed: &[&str] = if options.contains(&"--set") {
+            &[]
+        } else {
+            &["--seed", "5"]
+        };
+        let said = place
+            .run(&[&["evaluate", "--genomes", "run"], options, seed].concat())
+            .exits(0);
+        let next = said.stderr.lines().find_map(|line| line.strip_prefix("next: oneiro "));
+        let bits = said.stdout.lines().nth(1).unwrap().split(',').nth(3).unwrap();
+        let next: Vec<&str> = next.unwrap().split(' ').collect();
+        if options.contains(&"--set") {
+            assert_eq!(next[0], "evaluate", "{next:?}");
+            let other = [&["evaluate", "--genomes", "run", "--seed", "7"], &options[..2]].concat();
+            assert_eq!(place.good(&other), said.stdout);
+            continue;
+        }
+        assert_eq!(next[..2], ["replay", "run"], "{next:?}");
+        let replayed = place.good(&[&next[..], &["--json"]].concat());
+        let replayed: Value = serde_json::from_str(&replayed).unwrap();
+        assert_eq!(replayed["trial_bits"], bits, "{next:?}");
+    }
+    let population = place
+        .run(&["evaluate", "--genomes", "run", "--population", "--seed", "5"])
+        .exits(0);
+    assert!(
+        !population.stderr.contains("next: oneiro replay"),
+        "{}",
+        population.stderr
+    );
+    // What another option excludes is asked for all the same.
+    for (option, needed) in [
+        (&["--individuals"][..], "--best"),
+        (&["--all"], "--best"),
+        (&["--every", "2"], "--tournament"),
+    ] {
+        for others in [&["--starts", "starts.csv"][..], &["--trials", "2"], &[]] {
+            place
+                .run(&[&["evaluate", "--genomes", "run"], option, others].concat())
+                .exits(2)
+                .says(&[needed]);
+        }
+    }
+}
+
+/// A run of others' genomes is of the same experiment as any.
+#[test]
+fn adopted_runs_are_evaluated_beside_others() {
+    let place = Place::new("adopted");
+    place.write(
+        "small.toml",
+        "cycles = 60\n[evolution]\npopulation = 20\nparents = 4\ngenerations = 2\nfinalists = 2\nfinalist_lives = 2\n",
+    );
+    place.evolved("small.toml", "1", "run", &[]);
+    place.good(&[
+        "adopt",
+        "small.toml",
+        "--genomes",
+        "run",
+        "--trials",
+        "2",
+        "--seed",
+        "1",
+        "--out",
+        "adopted",
+    ]);
+    let table = place.good(&[
+        "evaluate",
+        "--genomes",
+        "run",
+        "adopted",
+        "--seed",
+        "3",
+        "--common-starts",
+    ]);
+    let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len(), 2);
+    assert_eq!(rows[0][3], rows[1][3]);
+    place
+        .run(&["adopt", "small.toml", "--genomes", "nothing", "--out", "other"])
+        .exits(3)
+        .says(&["nothing"]);
+}

@@ -338,6 +338,59 @@ fn all_that_ships_has_its_bits_on_every_processor() {
     compared_on_all("shipped", &subjects, CYCLES);
 }
 
+/// The cycles that a file checks are those that fused products would change, if any are.
+#[test]
+fn a_file_finds_fused_products_wherever_they_matter() {
+    #[cfg(target_arch = "x86_64")]
+    if !std::arch::is_x86_feature_detected!("fma") {
+        skipped("fma", "exported controllers with fused products");
+        return;
+    }
+    if Command::new("clang").arg("--version").output().is_err() {
+        skipped("compilers", "exported controllers with fused products by clang");
+        return;
+    }
+    let place = Place::new("fused");
+    let quick = ["--set", "evolution.generations=1", "--set", "evolution.finalists=0"];
+    place.evolved(
+        &shipped("odowd2014-over.toml"),
+        "1",
+        "foragers",
+        &["--set", "swarm.minutes=2"],
+    );
+    place.evolved(
+        &shipped("automode-aggregation.toml"),
+        "1",
+        "machine",
+        &[&quick[..], &["--set", "evolution.kind=random"]].concat(),
+    );
+    place.evolved(&shipped("khepera-avoidance.toml"), "1", "perceptron", &quick);
+    let robots: Vec<String> = (0..10).map(|robot| robot.to_string()).collect();
+    let foragers = robots.iter().map(|robot| ("foragers", &**robot));
+    let mut found = 0;
+    for (run, robot) in foragers.chain([("machine", "0"), ("perceptron", "0")]) {
+        let file = format!("{run}_{robot}.c");
+        place.good(&[
+            "export", run, "--to", "c", "--out", &file, "--name", "own", "--number", robot,
+        ]);
+        place.write(
+            "main.c",
+            format!("#include \"{file}\"\nint main(void)\n{{\n    return own_check();\n}}\n"),
+        );
+        let checked = |options: &[&str]| {
+            let fma: &[&str] = if cfg!(target_arch = "x86_64") { &["-mfma"] } else { &[] };
+            let mut command = Command::new("clang");
+            command.args(["-O2", "-o", "program", "main.c"]).args(fma).args(options);
+            assert!(command.current_dir(place.at("")).status().unwrap().success());
+            Command::new(place.at("program")).status().unwrap().code().unwrap()
+        };
+        assert_eq!(checked(&[]), 0, "{file}");
+        assert_ne!(checked(&["-ffp-contract=fast"]), 0, "{file}");
+        found += 1;
+    }
+    assert_eq!(found, 12);
+}
+
 /// A run of the foraging study has a controller for each robot and interval, chosen by numbers.
 #[test]
 fn a_foraging_run_has_controllers_too() {

@@ -1,5 +1,6 @@
 //! Controllers as files for other programs and robots.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use oneiro::cpu::Cpu;
@@ -214,7 +215,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
         Some(set) => {
             format!("Cycles to check it by: oneiro evaluate{set} --seed {seed} --traces DIR, trial {trial}{robot}")
         }
-        None => format!("Cycles to check it by: an episode of its simulator, seed {seed}, trial {trial}"),
+        None => format!("Cycles to check it by: a simulated episode of one robot, seed {seed}, trial {trial}"),
     });
     let worlds = order.world.variants().len();
     if worlds > 1 {
@@ -225,22 +226,22 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     }
     origin.extend(order.command.map(|command| format!("Made by: {command}")));
     // A target with other bits doesn't check them, but may say how near it comes in the whole episode.
-    let chosen = if target.is_exact {
-        spread(&cycles, order.checks)
+    let checked = if target.is_exact {
+        chosen(&controller, &cycles, order.checks)
     } else {
         cycles.clone()
     };
     let (name, out) = (order.name.as_str(), &order.out);
     let mut note = None;
     let texts = match target.form {
-        Form::File(_, print) => vec![(out.clone(), print(&controller, name, &origin, &chosen).into_bytes())],
+        Form::File(_, print) => vec![(out.clone(), print(&controller, name, &origin, &checked).into_bytes())],
         Form::Fitting(_, print) => {
-            let printed = print(&controller, name, &origin, &chosen).map_err(|invalid| refused(&invalid))?;
+            let printed = print(&controller, name, &origin, &checked).map_err(|invalid| refused(&invalid))?;
             note = printed.note;
             vec![(out.clone(), printed.bytes)]
         }
         Form::Folder(_, print) => {
-            let files = print(&controller, name, &origin, &chosen).into_iter();
+            let files = print(&controller, name, &origin, &checked).into_iter();
             files.map(|(file, text)| (out.join(file), text.into_bytes())).collect()
         }
     };
@@ -248,7 +249,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     Ok(Exported {
         controller,
         cycles: cycles.len(),
-        checked: if target.is_exact { chosen.len() } else { 0 },
+        checked: if target.is_exact { checked.len() } else { 0 },
         note,
     })
 }
@@ -269,10 +270,25 @@ fn write(texts: &[(PathBuf, Vec<u8>)]) -> Result {
     Ok(())
 }
 
-/// As many cycles, evenly over the episode, the first and the last among them.
-fn spread(cycles: &[Recorded], count: usize) -> Vec<Recorded> {
+/// As many cycles in their order: half of them evenly over the episode, the first and the last among them, and the others evenly over those
+/// that fused products would change, as far as there are any.
+fn chosen(controller: &Controller, cycles: &[Recorded], count: usize) -> Vec<Recorded> {
     let count = count.min(cycles.len());
-    let last = cycles.len().saturating_sub(1);
-    let at = |index: usize| index * last / count.saturating_sub(1).max(1);
-    (0..count).map(|index| cycles[at(index)].clone()).collect()
+    let showing: Vec<usize> = (0..cycles.len())
+        .filter(|at| controller.shows_fusing(&cycles[*at]))
+        .collect();
+    let mut places: BTreeSet<usize> = spread(cycles.len(), count.div_ceil(2)).collect();
+    places.extend(spread(showing.len(), count / 2).map(|at| showing[at]));
+    // Where both have chosen the same.
+    let mut more = spread(cycles.len(), count).chain(0..cycles.len());
+    while places.len() < count {
+        places.extend(more.next());
+    }
+    places.into_iter().map(|at| cycles[at].clone()).collect()
+}
+
+/// As many of so many places, evenly, the first and the last among them.
+fn spread(all: usize, count: usize) -> impl Iterator<Item = usize> {
+    let (count, last) = (count.min(all), all.saturating_sub(1));
+    (0..count).map(move |index| index * last / count.saturating_sub(1).max(1))
 }

@@ -6,6 +6,7 @@ use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::genomes;
+use oneiro_lab::record::SingleRun;
 use serde_json::json;
 
 use super::run as evolve;
@@ -48,6 +49,8 @@ pub(crate) fn run(arguments: cli::Adopt, console: Console) -> Result {
 fn count(arguments: &cli::Adopt) -> Result<usize> {
     let mut path = arguments.genomes.clone();
     if path.is_dir() {
+        // A run that has a champion.
+        SingleRun::open(&path)?;
         path.push(CHAMPION);
     }
     let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;

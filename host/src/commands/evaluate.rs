@@ -51,6 +51,19 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     if arguments.ranked.best {
         return best::run(arguments, console);
     }
+    // The parser asks for no option that another given one excludes.
+    let (ranked, played) = (&arguments.ranked, &arguments.played);
+    for (option, is_given, needed) in [
+        ("--individuals", ranked.individuals, "--best"),
+        ("--all", ranked.all, "--best"),
+        ("--every", played.every != 1 && !played.tournament, "--tournament"),
+    ] {
+        if is_given {
+            return Err(Failure::usage(format_args!(
+                "{option}: is given; allowed: with {needed}"
+            )));
+        }
+    }
     if arguments.played.tournament {
         return tournament::run(arguments, console);
     }
@@ -202,8 +215,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         describe(directory, "Traces of oneiro", &[entry])?;
         traces.finish()?;
     }
-    // A replay has the run's own experiment and noise.
-    let is_changed = arguments.experiment.is_some() || !arguments.set.is_empty() || arguments.noise == Noise::Off;
+    // A replay has the run's own experiment and noise, and its champion.
+    let is_changed = arguments.experiment.is_some()
+        || !arguments.set.is_empty()
+        || arguments.noise == Noise::Off
+        || arguments.population;
     let start = match worlds[0].spec().start {
         Start::At { x, y, heading } if arguments.starts.is_some() => format!(" --start {x},{y},{heading}"),
         _ => String::new(),
@@ -253,7 +269,15 @@ fn experiment_and_seed(arguments: &Evaluate, named: &[Named], scores: bool) -> R
         Some(path) => Experiment::read(path, &arguments.set)?,
         None => Common { scores }.experiment(named, &arguments.set)?,
     };
-    let own_seed = arguments.experiment.as_ref().and(experiment.settings().seed);
+    // Runs have the seeds of their evolution.
+    let sets_seed = || {
+        arguments
+            .set
+            .iter()
+            .any(|set| set.split('=').next().map(str::trim) == Some("seed"))
+    };
+    let is_own = arguments.experiment.is_some() || sets_seed();
+    let own_seed = experiment.settings().seed.filter(|_| is_own);
     let seed = arguments.seed.or(own_seed).unwrap_or(1);
     Ok((experiment, seed))
 }

@@ -51,7 +51,7 @@ impl Subject {
             from,
             number,
             result: None,
-            seed: 1,
+            seed: experiment.settings().seed.unwrap_or(1),
         }
     }
 
@@ -66,7 +66,7 @@ impl Subject {
             from: String::new(),
             number: 0,
             result: None,
-            seed: 1,
+            seed: study.seed().unwrap_or(1),
         })
     }
 }
@@ -168,13 +168,11 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
         None => named_or_newest(arguments.champion.as_deref(), &[RUNS], console)?,
     };
     let saved = SavedRun::open(&list::one(&directory)?)?;
-    let seed = saved.seed();
     if let Some(file) = arguments.genome.as_ref().or(champion) {
         no_interval(arguments, "a genome's file")?;
         let subject = of_file(arguments, &saved.config(), file, console)?;
         let result = champion.filter(|_| arguments.genome.is_none()).map(|_| saved.done());
         return Ok(Subject {
-            seed,
             result: result.transpose()?.flatten().map(|done| done.result),
             ..subject
         });
@@ -195,7 +193,6 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
                 acted.robot, acted.interval, acted.real
             ),
             result,
-            seed,
             ..Subject::of_study(study, acted.light())?
         });
     }
@@ -208,7 +205,6 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
     let genome = only(run.directory(), &champion)?;
     Ok(Subject {
         result,
-        seed,
         ..Subject::of(&experiment, genome, from.to_string(), arguments.number)
     })
 }

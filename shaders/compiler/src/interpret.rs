@@ -95,6 +95,21 @@ pub fn run(program: &Program, memory: &mut impl Buffers, workgroup: u32, lane: u
     Ok(())
 }
 
+/// Runs one invocation as a compiler's program would that adds products without rounding them: where both operands are products, the left
+/// or the right one.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_fused(program: &Program, memory: &mut impl Buffers, is_left: bool, turns: u64) -> Result<(), Trap> {
+    let mut invocation = Invocation {
+        fuses_left: Some(is_left),
+        turns_left: turns,
+        ..Invocation::new(program, memory, 0, 0)
+    };
+    invocation.block(&program.body)?;
+    Ok(())
+}
+
 /// An operation that broke the exactness rules.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Breach {
@@ -216,6 +231,8 @@ struct Invocation<'a, M> {
     breach: Option<Value>,
     /// Sees every statement that is run.
     watch: Option<&'a mut Watch>,
+    /// Whether sums take products unrounded, and the left ones first.
+    fuses_left: Option<bool>,
 }
 
 impl<'a, M: Buffers> Invocation<'a, M> {
@@ -234,6 +251,7 @@ impl<'a, M: Buffers> Invocation<'a, M> {
             turns_left: u64::MAX,
             breach: None,
             watch: None,
+            fuses_left: None,
         }
     }
 
@@ -269,9 +287,40 @@ impl<'a, M: Buffers> Invocation<'a, M> {
                 if self.strict {
                     check(self.program, value, operands)?;
                 }
+                if let Some(is_left) = self.fuses_left
+                    && let Some(fused) = self.fused(value, operands, is_left)
+                {
+                    return Ok(fused);
+                }
                 Ok(apply(self.program, value, operands))
             }
         }
+    }
+
+    /// A sum or a difference of floats that takes a product unrounded, if it has one.
+    fn fused(&self, value: Value, [a, b, _]: [u32; 3], is_left: bool) -> Option<u32> {
+        let Op::Binary(op @ (Binary::Add | Binary::Subtract), left, right) = self.program.op(value) else {
+            return None;
+        };
+        if self.program.ty(value) != Ty::F32 {
+            return None;
+        }
+        let factors = |operand: Value| match self.program.op(operand) {
+            Op::Binary(Binary::Multiply, x, y) => {
+                let [x, y] = [self.get(x).ok()?, self.get(y).ok()?];
+                Some([f32::from_bits(x), f32::from_bits(y)])
+            }
+            _ => None,
+        };
+        let (of_left, of_right) = (factors(left), factors(right));
+        let [a, b] = [a, b].map(f32::from_bits);
+        let is_difference = op == Binary::Subtract;
+        let sum = match (of_left, of_right) {
+            (Some([x, y]), other) if is_left || other.is_none() => x.mul_add(y, if is_difference { -b } else { b }),
+            (_, Some([x, y])) => (if is_difference { -x } else { x }).mul_add(y, a),
+            _ => return None,
+        };
+        Some(sum.to_bits())
     }
 
     /// Runs a block. Returns the label that an exit leaves, if it ended with one.

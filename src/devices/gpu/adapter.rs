@@ -138,18 +138,20 @@ pub fn adapters() -> Vec<Adapter> {
 }
 
 /// Whether this process may have as much memory as drivers need. A Vulkan loader that gets too little never comes back: it fails
-/// with its lock taken, which it waits for when it is unloaded.
+/// with its lock taken, which it waits for when it is unloaded. Mesa's software driver has memory in files, and crashes where these may not
+/// be as large.
 fn drivers_have_room() -> bool {
     #[cfg(unix)]
     {
-        let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
-        limit.is_none_or(|bytes| bytes >= LEAST_ROOM)
+        use rustix::process::{Resource, getrlimit};
+        let is_enough = |of| getrlimit(of).current.is_none_or(|bytes| bytes >= LEAST_ROOM);
+        is_enough(Resource::As) && is_enough(Resource::Fsize)
     }
     #[cfg(not(unix))]
     true
 }
 
-/// The least limit of a process's memory (`ulimit -v`) with which drivers are loaded, bytes.
+/// The least limits of a process's memory (`ulimit -v`) and of its files (`ulimit -f`) with which drivers are loaded, bytes.
 const LEAST_ROOM: u64 = 2 << 30;
 
 /// Adapters of these interfaces, or of those that `WGPU_BACKEND` names.
@@ -180,7 +182,7 @@ pub fn find(choice: &Choice) -> Result<Adapter, Error> {
     if all.is_empty() {
         let limited = std::env::var("WGPU_BACKEND").map(|backend| format!(" for WGPU_BACKEND={backend}"));
         return Err(Error::NoDevice(format!(
-            "no GPU driver was found{}, or this program may have less than 2 GiB (ulimit -v); install your card's Vulkan driver, or a software one (Debian and \
+            "no GPU driver was found{}, or this program may have less than 2 GiB of memory or in a file (ulimit -v, -f); install your card's Vulkan driver, or a software one (Debian and \
              Ubuntu: mesa-vulkan-drivers)",
             limited.unwrap_or_default()
         )));

@@ -321,16 +321,21 @@ impl Device {
 }
 
 impl Drop for Device {
-    /// A queue that is dropped waits for its work, in which a software driver may compile for a minute.
+    /// A queue that is dropped waits for its work, in which a software driver may compile for a minute; drivers may destroy no pipeline
+    /// meanwhile.
     fn drop(&mut self) {
         if !self.is_busy.get() {
             return;
         }
-        let (device, queue) = (self.raw.clone(), self.queue.clone());
+        let (device, queue, pipelines) = (
+            self.raw.clone(),
+            self.queue.clone(),
+            std::mem::take(&mut self.pipelines),
+        );
         let finish = move || {
             // wgpu panics if the driver reports that the device is lost.
             let _ = catch_unwind(AssertUnwindSafe(|| device.poll(wgpu::PollType::wait_indefinitely())));
-            drop(queue);
+            drop((pipelines, queue));
         };
         // Without a thread, this one waits.
         if let Ok(thread) = thread::Builder::new().spawn(finish) {

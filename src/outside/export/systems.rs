@@ -202,7 +202,11 @@ const SEED: &str = "        # Random numbers begin with it and with the node's n
 /// Prints a controller as a package of ROS 2 with a node in Python.
 pub fn ros2(controller: &Controller, name: &str, origin: &[String], cycles: &[Recorded]) -> Vec<(String, String)> {
     let robot = &controller.world.spec().robot;
-    let wheel_base = robot.build.described().and_then(|robot| robot.wheel_base);
+    let wheel_base = match &robot.build {
+        Build::Sampled => None,
+        Build::Differential(robot) => robot.wheel_base,
+        Build::Forager(forager) => Some(forager.foraging.wheel_base),
+    };
     let meters = |millimeters: Option<f32>| format!("{:?}", f64::from(millimeters.unwrap_or(0.0)) / 1000.0);
     let inputs: Vec<_> = controller
         .inputs

@@ -375,6 +375,14 @@ impl Experiment {
     /// The values that affect episodes of its robots.
     fn world_values(&self) -> Table {
         let mut world = self.values.clone();
+        // Genomes to begin with, by their file's name, are no part of the world.
+        let init = values::at(&self.values, "evolution.init").and_then(Value::as_str);
+        if let (Some(init), Some(files)) = (init, world.get_mut("files").and_then(Value::as_table_mut)) {
+            files.remove(init);
+            if files.is_empty() {
+                world.remove("files");
+            }
+        }
         for key in [&SCORE[..], &["name", "evolution", "record"]].concat() {
             world.remove(key);
         }

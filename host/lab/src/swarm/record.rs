@@ -213,7 +213,7 @@ pub struct RobotInterval {
     pub g0: f32,
     /// Gene of the acting controller for behaviour without food, 0 to 0.99.
     pub g1: f32,
-    /// Its real fitness, `F_R` (equation 1); under the null another robot's.
+    /// Its real fitness, `F_R` (equation 1).
     pub real: f32,
     /// The fitness of the same controller in the simulator in which it was chosen; none in the first interval.
     pub simulated: Option<f32>,

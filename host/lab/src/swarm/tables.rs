@@ -50,11 +50,7 @@ pub static INTERVALS_COLUMNS: [Column; 11] = [
     CHOSEN_UNDER,
     WITH_FOOD,
     WITHOUT_FOOD,
-    Column::number(
-        "real",
-        "",
-        "its fitness in the arena during this interval; in the study's null model, that of another robot",
-    ),
+    Column::number("real", "", "its fitness in the arena during this interval"),
     Column::number(
         "simulated",
         "",

@@ -49,9 +49,11 @@ pub struct HeatMap<'a> {
     pub high: f64,
     /// Squares by row from the bottom, each row from left to right; `None` if there is no run.
     pub squares: &'a [Option<Square>],
+    /// Whether less is better.
+    pub is_less_better: bool,
 }
 
-/// Draws the squares with their numbers; the maximum has a frame.
+/// Draws the squares with their numbers; the best has a frame.
 pub fn heat_map(map: &HeatMap<'_>) -> String {
     let columns = map.across.levels.len().max(1);
     let rows = map.squares.len().div_ceil(columns);
@@ -65,7 +67,7 @@ pub fn heat_map(map: &HeatMap<'_>) -> String {
     let mut svg = Svg::new(sheet, bottom + BOTTOM, &title);
     svg.words((left, 24.0), 14.0, Anchor::Start, BOLD, map.value);
     key(&mut svg, map, left);
-    let best = best(map.squares);
+    let best = best(map);
     for (place, square) in map.squares.iter().enumerate() {
         let (row, column) = (place / columns, place % columns);
         let corner = (left + width * column as f64, bottom - HEIGHT * (row + 1) as f64);
@@ -83,18 +85,17 @@ pub fn heat_map(map: &HeatMap<'_>) -> String {
     svg.finish()
 }
 
-/// Colour of the maximum's frame, used for nothing else in the picture.
+/// Colour of the best one's frame, used for nothing else in the picture.
 const FRAME: &str = "#d98e04";
 
-/// Index of the maximum, and of the first one if several are equal.
-fn best(squares: &[Option<Square>]) -> Option<usize> {
+/// Index of the best, and of the first one if several are equal.
+fn best(map: &HeatMap<'_>) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
-    for (place, square) in squares.iter().enumerate() {
-        if let Some(Square { mean, .. }) = square
-            && mean.is_finite()
-            && best.is_none_or(|(_, greatest)| *mean > greatest)
-        {
-            best = Some((place, *mean));
+    for (place, square) in map.squares.iter().enumerate() {
+        let Some(Square { mean, .. }) = square else { continue };
+        let merit = if map.is_less_better { -mean } else { *mean };
+        if merit.is_finite() && best.is_none_or(|(_, greatest)| merit > greatest) {
+            best = Some((place, merit));
         }
     }
     best.map(|(place, _)| place)
@@ -177,6 +178,7 @@ mod tests {
 
     fn map(squares: &[Option<Square>]) -> String {
         heat_map(&HeatMap {
+            is_less_better: false,
             across: Side {
                 name: "noise <a>",
                 levels: &["0.1", "0.2"],
@@ -239,6 +241,7 @@ mod tests {
     fn equal_values_have_one_shade() {
         let all = [Some(square(2.0, 1)); 4];
         let text = heat_map(&HeatMap {
+            is_less_better: false,
             across: Side {
                 name: "a",
                 levels: &["1", "2"],

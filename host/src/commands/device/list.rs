@@ -33,7 +33,7 @@ pub(crate) fn answer(explains: bool) -> Answer {
     }
     if adapters.is_empty() {
         text += if cfg!(feature = "gpu") {
-            "no adapter: no Vulkan, Metal or DirectX 12 driver was found, or this program may have less than 2 GiB (ulimit -v)\n"
+            "no adapter: no Vulkan, Metal or DirectX 12 driver was found, or this program may have less than 2 GiB of memory or in a file (ulimit -v, -f)\n"
         } else {
             "no adapter: this program was built without the feature `gpu`\n"
         };

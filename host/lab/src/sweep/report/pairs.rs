@@ -66,8 +66,9 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, effects: &Effects) -> Op
     };
     let words = format!(
         "Mean of {} over all levels of the other factors, and the number of runs. Darker is higher, on one scale in all pictures; the \
-         highest of each picture has a frame.{of_all}",
-        tables.outcome.1
+         {} of each picture has a frame.{of_all}",
+        tables.outcome.1,
+        if tables.is_less_better { "lowest" } else { "highest" }
     );
     let figures = pairs
         .iter()
@@ -138,6 +139,7 @@ fn picture(tables: &Tables<'_>, runs: &Runs, pair: &Pair, number: u32, (low, hig
     };
     let [of_across, of_up] = pair.factors.map(labels);
     let svg = heat_map(&HeatMap {
+        is_less_better: tables.is_less_better,
         across: Side {
             name: &across.name,
             levels: &of_across,
