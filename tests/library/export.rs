@@ -484,6 +484,8 @@ fn checkers_of_embedded_code_are_quiet() {
         let output = Command::new("cppcheck")
             .args(["--std=c99", "--quiet", "--template={file}:{line}: {id}"])
             .args(["--enable=warning,performance,portability", "--addon=misra"])
+            // Newer versions say so of long functions: a word on their search, and no finding.
+            .arg("--suppress=normalCheckLevelMaxBranches")
             .args(&defined)
             .arg(file)
             .current_dir(&folder.0)

@@ -21,6 +21,7 @@ use oneiro_lab::device;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::lives::measures::{Descriptor, Measures, descriptors};
 use oneiro_lab::lives::{Keys, LifeIndex, Lines, Lives, scores, starts};
+use oneiro_lab::record::SingleRun;
 use oneiro_lab::runs::single::trace::TraceTable;
 use oneiro_report::csv::Csv;
 use oneiro_report::numbers::{significant, unsigned_zero};
@@ -216,16 +217,16 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         traces.finish()?;
     }
     // A replay has the run's own experiment and noise, and its champion.
-    let is_changed = arguments.experiment.is_some()
-        || !arguments.set.is_empty()
-        || arguments.noise == Noise::Off
-        || arguments.population;
+    let is_replayed = |run: &SingleRun| {
+        let is_own = |own: &Experiment| experiment.difference(own, false).is_none();
+        arguments.noise == Noise::On && !arguments.population && run.experiment().is_ok_and(is_own)
+    };
     let start = match worlds[0].spec().start {
         Start::At { x, y, heading } if arguments.starts.is_some() => format!(" --start {x},{y},{heading}"),
         _ => String::new(),
     };
-    let first = named.iter().find_map(|own| match own {
-        Named::Run(_) if is_changed => None,
+    let first = named.first().and_then(|own| match own {
+        Named::Run(run) if !is_replayed(run) => None,
         Named::Run(run) => Some(format!("oneiro replay {} --seed {seed}{start}", typed(run.directory()))),
         Named::Sweep(champions) => Some(format!("oneiro sweep report {}", typed(champions.path().parent()?))),
         Named::File(_) => None,

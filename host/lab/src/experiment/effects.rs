@@ -210,8 +210,8 @@ const SAME: &[(&str, &[&str], &str)] = &[
     ),
     (
         "swarm.simulators.key",
-        &["foragers", "two cases"],
-        "in a few minutes no robot hears the same pair again",
+        &["foragers", "two cases", "right simulators"],
+        "in a few minutes no robot hears the same pair again, and simulators that are set follow none",
     ),
     (
         "sensor.part",
