@@ -39,6 +39,7 @@ pub const READINGS: [&str; 13] = [
 ];
 
 /// Distances, mm, and what a sensor of proximity reads there, 0 to 1.
+#[cfg(feature = "compose")]
 pub(crate) fn proximity_points() -> [[f64; 2]; 11] {
     std::array::from_fn(|at| {
         let (distance, reading, _) = PROXIMITY[at];
