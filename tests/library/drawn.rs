@@ -8,6 +8,7 @@ use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Starts};
 use oneiro::evaluator::{Control, Evaluator};
+use oneiro::foraging::Forager;
 use oneiro::parameter::Datum;
 use oneiro::random::Key;
 use oneiro::world::{ByKey, Poses, Robot, Start, Task, Varied, World, WorldSpec, Zone};
@@ -157,6 +158,37 @@ fn traces(batch: &Batch) -> Vec<(u32, Trace)> {
         .map(|fitness| fitness.to_bits())
         .zip(outcome.traces)
         .collect()
+}
+
+/// A forager's arena is as large as its numbers say, in each world.
+#[test]
+fn a_foragers_arena_may_be_drawn() {
+    let of = |key: &str, range: Datum| {
+        World::new(WorldSpec {
+            varied: Varied {
+                count: Some(3),
+                vary: by_key([(key, range)]),
+                ..Varied::default()
+            },
+            ..WorldSpec::foraging(Forager::ODOWD2014)
+        })
+    };
+    let world = of("arena.radius_mm", range(400.0, 700.0)).unwrap();
+    let widths: Vec<f32> = world
+        .variants()
+        .iter()
+        .map(|world| world.spec().arena.field.width)
+        .collect();
+    assert!(
+        widths[0] != widths[1] && widths.iter().all(|width| (800.0..=1400.0).contains(width)),
+        "{widths:?}"
+    );
+    assert!(of("arena.light_noise", range(0.0, 0.1)).is_ok());
+    let refused = of("arena.food_items", range(2.0, 5.0)).unwrap_err().to_string();
+    assert!(
+        refused.contains("\"arena.food_items\", which is no number with a fraction"),
+        "{refused}"
+    );
 }
 
 /// Robots of a swarm begin exactly at their poses, in turns.

@@ -460,6 +460,12 @@ fn a_foraging_run_has_controllers_too() {
     for target in ["argos", "webots"] {
         refused(&["out", "--to", target], &["is a forager", "allowed for", target]);
     }
+    place.good(&["export", "out", "--to", "ros2", "--name", "robot"]);
+    let node = place.text("robot_ros2/robot/node.py");
+    assert!(
+        node.contains("\"wheel_base_m\", 0.053)") && node.contains("\"full_speed_m_s\", 0.1288"),
+        "{node}"
+    );
     // Another genome, for a run or an experiment.
     place.write("genes.csv", "with_food,without_food\n0.99,0.5\n");
     for subject in ["out", &experiment] {
