@@ -132,7 +132,17 @@ impl World {
             let own = spec.variant(choice, index)?;
             Self::composed(own, episodes, first).map_err(|invalid| {
                 if choice.drawn == 1 || index < choice.starts as usize && spec.varied.vary.0.is_empty() {
-                    return Invalid::new("start.poses", format!("has an invalid pose {pose}: {invalid}"));
+                    let problem = match spec.robot.count() as usize {
+                        1 => format!("has an invalid pose {pose}: {invalid}"),
+                        robots => format!(
+                            "has invalid poses {} to {}, those of robots 0 to {} in a trial: {}",
+                            pose * robots,
+                            (pose + 1) * robots - 1,
+                            robots - 1,
+                            invalid.problem
+                        ),
+                    };
+                    return Invalid::new("start.poses", problem);
                 }
                 let world = index / choice.starts as usize;
                 let problem = format!("makes world {world} of {} invalid: {invalid}", choice.drawn);

@@ -1,5 +1,7 @@
 //! The worlds that an experiment has if numbers or starts of it vary.
 
+use std::collections::BTreeSet;
+
 use crate::batch::Variants;
 use crate::parameter::{self, Allowed, Datum, Invalid};
 use crate::random::pcg4d;
@@ -84,6 +86,7 @@ impl WorldSpec {
             spec.arena = Arena::default();
         }
         let world = (index / variants.starts as usize) as u32;
+        let mut drawn = BTreeSet::new();
         let lists = [(VARY, &self.varied.vary), (CHOOSE, &self.varied.choose)];
         for (list, key, values) in lists
             .into_iter()
@@ -94,7 +97,7 @@ impl WorldSpec {
                 return Err(Invalid::new(CHOOSE, problem));
             }
             let seed = self.varied.seed.unwrap_or(0);
-            spec.draw(list, key, values, |name| unit(seed, world, name))?;
+            spec.draw((list, key), values, &mut drawn, |name| unit(seed, world, name))?;
         }
         Ok(spec)
     }
@@ -116,8 +119,14 @@ impl WorldSpec {
         };
     }
 
-    /// Draws the numbers with a key, given a number from 0 to less than 1 for each name.
-    fn draw(&mut self, list: &str, key: &str, values: &Datum, unit: impl Fn(&str) -> f64) -> Result<(), Invalid> {
+    /// Draws the numbers with a list's key, given a number from 0 to less than 1 for each name, of which none may be `drawn` already.
+    fn draw(
+        &mut self,
+        (list, key): (&str, &str),
+        values: &Datum,
+        drawn: &mut BTreeSet<String>,
+        unit: impl Fn(&str) -> f64,
+    ) -> Result<(), Invalid> {
         let refused = |problem: String| Err(Invalid::new(list, format!("has {key:?}, {problem}")));
         let (pattern, only) = pattern(key);
         let row = PARAMETERS.iter().find(|row| {
@@ -137,7 +146,7 @@ impl WorldSpec {
             let meant =
                 parameter::nearest(keys, &pattern).map_or_else(String::new, |meant| format!("; did you mean {meant}?"));
             return refused(format!(
-                "which is no number of a world{meant}; allowed: keys of numbers of the tables arena, noise, pucks, robot and start, such as \
+                "which is no number of a world that can be drawn{meant}; allowed: keys of numbers of the tables arena, noise, pucks, robot and start, such as \
                  \"arena.obstacles[0].x_mm\""
             ));
         };
@@ -157,6 +166,11 @@ impl WorldSpec {
                 }
                 break;
             };
+            if drawn.contains(&name) {
+                return refused(format!(
+                    "whose {name} another key draws too; allowed: one key for each number"
+                ));
+            }
             let value = if list == VARY {
                 within(values, &name, &unit)
             } else {
@@ -170,6 +184,7 @@ impl WorldSpec {
                 };
                 return refused(format!("which is {values}; allowed: {allowed}"));
             }
+            drawn.insert(name);
         }
         Ok(())
     }

@@ -284,7 +284,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "y of the start.", |spec, _| match &mut spec.as_mut().start { Start::At { y, .. } => Some(y), Start::Zone(zone) => Some(&mut zone.y), _ => None }),
         row("start.heading_turns", "turns", TURNS, OURS,
             "Heading at the start, counter-clockwise from the x axis.", |spec, _| match &mut spec.as_mut().start { Start::At { heading, .. } => Some(heading), _ => None }),
-        row("start.poses", "mm, mm, turns", Text("1 to 1000 lists of three numbers: x and y in mm, and the heading in turns"), OURS,
+        row("start.poses", "mm, mm, turns", Text("1 to 1000 lists of three numbers: x and y in mm, and the heading in turns, -1 to 1"), OURS,
             "Poses, of which trial after trial takes the next one; in a swarm, one for each robot.", |spec, _| match &mut spec.as_mut().start { Start::Poses(poses) => Some(poses), _ => None }),
         row("start.sides_mm", "mm", LENGTH, OURS,
             "Sides of a rectangular zone, along the axes.", |spec, _| Some(&mut zone(spec)?.sides)),

@@ -50,7 +50,7 @@ impl Robot {
     }
 
     /// Number of robots of its world.
-    pub(crate) fn count(&self) -> u32 {
+    pub fn count(&self) -> u32 {
         self.build.described().and_then(|robot| robot.count).unwrap_or(1)
     }
 

@@ -55,7 +55,8 @@ impl crate::parameter::Field for Poses {
                 && pose
                     .iter_mut()
                     .zip(numbers)
-                    .all(|(own, number)| crate::parameter::Field::set(own, number)))
+                    .all(|(own, number)| crate::parameter::Field::set(own, number))
+                && (-1.0..=1.0).contains(&pose[2]))
             .then_some(pose)
         };
         let Datum::List(poses) = datum else { return false };
@@ -66,7 +67,7 @@ impl crate::parameter::Field for Poses {
     }
 
     fn kind(&self) -> &'static str {
-        "a list of poses of three numbers each, x, y and heading"
+        "a list of poses of three numbers each, x, y and heading in turns, -1 to 1"
     }
 }
 

@@ -407,7 +407,7 @@ fn what_cannot_vary_is_refused() {
     refused(
         vary("robot.count", range(1.0, 2.0)),
         "worlds.vary",
-        "no number of a world",
+        "no number with a fraction",
     );
     refused(
         vary("evolution.generations", range(1.0, 2.0)),
@@ -433,6 +433,21 @@ fn what_cannot_vary_is_refused() {
         ..alone()
     };
     refused(spec, "worlds.seed", "no number is drawn");
+    // The same number by two keys.
+    let mut twice = drawn();
+    twice
+        .vary
+        .0
+        .push(("arena.obstacles[0].x_mm".to_owned(), range(300.0, 310.0)));
+    let spec = WorldSpec {
+        varied: twice,
+        ..alone()
+    };
+    refused(
+        spec,
+        "worlds.vary",
+        "whose arena.obstacles[0].x_mm another key draws too",
+    );
     let at = |poses: Vec<[f32; 3]>| WorldSpec {
         start: Start::Poses(Poses(poses)),
         ..alone()

@@ -636,11 +636,17 @@ fn placing(read: Element<'_>, draft: &mut Draft) -> Result<Placing> {
                 draft.leave_out(position.line(), "<position layout>", why);
                 return Ok(Placing::Random);
             }
+            let layers = position.word("layout").and_then(|layout| layout.split(',').nth(2));
+            if layers.is_some_and(|layers| layers.trim().parse::<f64>().is_ok_and(|layers| layers > 1.0)) {
+                let why = "it has several layers, and worlds are flat: places of the first are taken";
+                draft.leave_out(position.line(), "<position layout>", why);
+            }
             let mut places = Vec::new();
+            // ARGoS begins at the greatest x and y.
             for row in 0..counts[1] as usize {
                 for column in 0..counts[0] as usize {
                     let at = |axis: usize, step: usize| {
-                        METRE * (middle[axis] + gaps[axis] * (step as f64 - 0.5 * (counts[axis] - 1.0)))
+                        METRE * (middle[axis] + gaps[axis] * (0.5 * (counts[axis] - 1.0) - step as f64))
                     };
                     places.push([at(0, column), at(1, row)]);
                 }
@@ -680,10 +686,23 @@ fn distribute<'a>(
             Some(turned(degrees))
         }
         Some(orientation) => {
+            let ends = [
+                orientation.numbers::<1>("min").ok(),
+                orientation.numbers::<1>("max").ok(),
+            ];
+            let is_any = match ends {
+                [Some(Some([least])), Some(Some([greatest]))] => greatest - least >= 360.0,
+                _ => false,
+            };
+            if orientation.word("method") != Some("uniform") || !is_any {
+                let why = "headings are constant, or uniform in all directions";
+                draft.leave_out(orientation.line(), "<orientation>", why);
+            }
             orientation.read_all();
             None
         }
     };
+    let turns = read.child("orientation").filter(|_| degrees.is_some());
     for entity in read.children("entity") {
         let [quantity] = entity.numbers("quantity")?.unwrap_or([1.0]);
         if !(0.0..=1e6).contains(&quantity) || quantity.fract() != 0.0 {
@@ -717,6 +736,17 @@ fn distribute<'a>(
             } else if is_robot(unread) {
                 let mut robot = robot(unread, draft)?;
                 robot.count = count;
+                if places.len() < count && !matches!(placing, Placing::Random) {
+                    let why = format!("there are {count} for fewer places; they are random");
+                    draft.leave_out(robot.line, "the robots' starts", why);
+                }
+                if let Some(turns) = turns.filter(|_| places.len() < count) {
+                    draft.leave_out(
+                        turns.line(),
+                        "<orientation>",
+                        "robots at random places have random headings",
+                    );
+                }
                 robot.what = format!("{}, quantity {count}", robot.what);
                 let start = |at: &[f64; 2]| Start {
                     line: robot.line,
@@ -822,7 +852,12 @@ fn place_robots(
         draft.choose(("controller", "kind"), name, text);
     }
     if count == 1 && !has_model {
-        draft.start_at(taken.first().map_or(Vec::new(), |own| own.starts.clone()), false);
+        let starts = taken.first().map_or(Vec::new(), |own| own.starts.clone());
+        for start in starts.iter().filter(|start| start.degrees.is_none()) {
+            let why = "a single robot at a given place has a given heading, here 0";
+            draft.leave_out(start.line, "the robot's random heading", why);
+        }
+        draft.start_at(starts, false);
         return has_model;
     }
     let kept = count.min(GREATEST_COUNT);
@@ -867,7 +902,15 @@ fn place_robots(
                 draft.leave_out(line, "<params dist_radius>", why);
             }
         }
-        _ if starts.len() == kept => draft.start_at(starts, true),
+        _ if starts.len() == kept => {
+            if starts.iter().any(|start| start.degrees.is_none()) {
+                for start in starts.iter().filter(|start| start.degrees.is_some()) {
+                    let why = "others' are random, and then all are";
+                    draft.leave_out(start.line, "the robot's heading", why);
+                }
+            }
+            draft.start_at(starts, true);
+        }
         _ => {
             for start in starts {
                 draft.leave_out(

@@ -467,7 +467,8 @@ impl Draft {
             }
         };
         let has = |table: &str| self.entries.iter().any(|entry| entry.table == table);
-        let lines: Vec<String> = self.starts.iter().map(|start| start.line.to_string()).collect();
+        let mut lines: Vec<String> = self.starts.iter().map(|start| start.line.to_string()).collect();
+        lines.dedup();
         let lines = lines.join(", ");
         let headings: Option<Vec<f64>> = self.starts.iter().map(|start| start.degrees).collect();
         if has("") {
@@ -537,7 +538,7 @@ impl Draft {
             );
             let poses = self.starts.iter().zip(headings).map(|(start, degrees)| {
                 let [x, y] = place(start.at);
-                format!("[{}, {}, {}]", number(x), number(y), number(degrees / 360.0))
+                format!("[{}, {}, {}]", number(x), number(y), turns(degrees))
             });
             let poses: Vec<String> = poses.collect();
             let _ = writeln!(text, "poses = [{}]", poses.join(", "));
@@ -621,6 +622,11 @@ pub(super) fn number(value: f64) -> String {
     let rounded = (value * 1000.0).round() / 1000.0;
     // Zero has one sign.
     format!("{:?}", rounded + 0.0)
+}
+
+/// An angle in degrees as turns in TOML, to a millionth.
+fn turns(degrees: f64) -> String {
+    format!("{:?}", (degrees / 360.0 * 1e6).round() / 1e6 + 0.0)
 }
 
 /// Two numbers as TOML.

@@ -263,6 +263,78 @@ fn a_playground_becomes_an_experiment() {
     );
 }
 
+/// Robots in ARGoS's grids stand where ARGoS puts them, which begins at the greatest x and y; what of their orientations is lost is said.
+#[test]
+fn distributed_robots_stand_where_argos_puts_them() {
+    let distributed = |file: &str, position: &str, orientation: &str, count: u32| {
+        let robots = format!(
+            "<distribute><position {position}/><orientation {orientation}/><entity quantity=\"{count}\"><e-puck id=\"e\">\
+             <controller config=\"c\"/></e-puck></entity></distribute>"
+        );
+        good(
+            file,
+            &format!(
+                "<argos-configuration><arena size=\"2,2,1\" center=\"0,0,0.5\">{robots}</arena></argos-configuration>"
+            ),
+        )
+    };
+    let grid = "method=\"grid\" center=\"0.1,0.2,0\" distances=\"0.3,0.2,0\" layout=\"3,2,1\"";
+    let constant = "method=\"constant\" values=\"30,0,0\"";
+    let uniform = "method=\"uniform\" min=\"0,0,0\" max=\"360,0,0\"";
+    let all = distributed("g.argos", grid, constant, 5);
+    has(
+        &all.text,
+        &[
+            "poses = [[1400.0, 1300.0, 0.083333], [1100.0, 1300.0, 0.083333], [800.0, 1300.0, 0.083333], [1400.0, 1100.0, 0.083333], ",
+        ],
+    );
+    assert!(!all.not_taken().contains("rientation"), "{}", all.not_taken());
+    let random = distributed("u.argos", grid, uniform, 5);
+    has(&random.text, &["random headings\nstarts_mm = [[1400.0, 1300.0], "]);
+    assert!(!random.not_taken().contains("rientation"), "{}", random.not_taken());
+    for (file, position, orientation, count, said) in [
+        ("one.argos", grid, uniform, 1, "the robot's random heading: not taken"),
+        (
+            "seven.argos",
+            grid,
+            constant,
+            7,
+            "the robots' starts: not taken: there are 7 for fewer places",
+        ),
+        (
+            "turned.argos",
+            grid,
+            "method=\"uniform\" min=\"0,0,0\" max=\"90,0,0\"",
+            5,
+            "<orientation>: not taken",
+        ),
+        (
+            "normal.argos",
+            grid,
+            "method=\"gaussian\" mean=\"90,0,0\" std_dev=\"9,0,0\"",
+            5,
+            "<orientation>: not taken",
+        ),
+        (
+            "drawn.argos",
+            "method=\"uniform\" min=\"-1,-1,0\" max=\"1,1,0\"",
+            constant,
+            5,
+            "<orientation>: not taken",
+        ),
+        (
+            "high.argos",
+            "method=\"grid\" center=\"0,0,0\" distances=\"0.3,0.3,0.3\" layout=\"2,2,2\"",
+            constant,
+            4,
+            "several layers",
+        ),
+    ] {
+        let not_taken = distributed(file, position, orientation, count).not_taken();
+        assert!(not_taken.contains(said), "{file}: {not_taken}");
+    }
+}
+
 #[test]
 fn mazes_become_experiments() {
     let made = converted("mazes.py", MAZES, Some("bends")).unwrap();

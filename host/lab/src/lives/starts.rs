@@ -19,6 +19,11 @@ const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "heading_turns"];
 /// such as one in a wall; with the line.
 pub fn read(path: &Path, spec: &WorldSpec, say: impl FnOnce(String)) -> Result<Vec<World>> {
     let refused = |problem: &dyn std::fmt::Display| Failure::input(format_args!("{}: {problem}", path.display()));
+    if spec.robot.count() > 1 {
+        return Err(refused(
+            &"has starts of single robots; allowed for a swarm: start.poses of its experiment",
+        ));
+    }
     let bytes = files::bytes(path)?;
     let Columns { values, lines, word } =
         columns::read(&bytes, &COLUMNS, |value, _| Ok(value)).map_err(|problem| refused(&problem))?;

@@ -65,7 +65,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         (replay.start, &experiment.world().spec().robot.build)
     {
         return Err(Failure::input(
-            "--start: is given, and a swarm's robots start at random; allowed: with single robots, or --seed for other starts",
+            "--start: is given for a swarm, which starts as its experiment says; allowed: with single robots, or --seed and --trial for other starts",
         ));
     }
     let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
