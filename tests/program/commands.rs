@@ -317,7 +317,7 @@ fn mistakes_are_told_with_what_to_do_instead() {
         (
             3,
             &["replay", "robots", "--start", "100,100,0"],
-            &["--start: is given, and a swarm's robots start at random; allowed: with single robots"],
+            &["--start: is given for a swarm, which starts as its experiment says; allowed: with single robots"],
         ),
         (
             3,
