@@ -538,10 +538,8 @@ impl Controller {
             return Err(Invalid::new("readings", problem));
         }
         check("readings", readings)?;
-        let mut words = state.0.clone();
-        words.extend(readings.iter().map(|reading| reading.to_bits()));
-        let outputs = words.len();
-        words.extend([0; 4]);
+        let mut words = given(state, readings);
+        let outputs = words.len() - compose::TAIL.len();
         run(&self.cycle, &self.tables, &mut words);
         state.0.copy_from_slice(&words[..self.readings_begin()]);
         Ok([0, 1].map(|output| f32::from_bits(words[outputs + output])))
@@ -549,13 +547,11 @@ impl Controller {
 
     /// Whether a cycle would give other bits if sums took products unrounded, as compilers fuse them.
     pub fn shows_fusing(&self, cycle: &Recorded) -> bool {
-        let mut exact = cycle.before.0.clone();
-        exact.extend(cycle.readings.iter().map(|reading| reading.to_bits()));
-        exact.extend([0; 4]);
-        let given = exact.clone();
-        run(&self.cycle, &self.tables, &mut exact);
+        let mut exact = given(&cycle.after, &cycle.readings);
+        let outputs = exact.len() - compose::TAIL.len();
+        exact[outputs..][..2].copy_from_slice(&cycle.outputs.map(f32::to_bits));
         [true, false].into_iter().any(|is_left| {
-            let mut fused = given.clone();
+            let mut fused = given(&cycle.before, &cycle.readings);
             let mut memory = Memory {
                 tables: &self.tables,
                 exported: &mut fused,
@@ -770,6 +766,13 @@ fn full_speed(robot: &Robot) -> Option<f32> {
         Build::Differential(described) => described.greatest_speed,
         Build::Forager(forager) => Some(forager.foraging.greatest_speed),
     }
+}
+
+/// The caller's words for a cycle.
+fn given(state: &State, readings: &[f32]) -> Vec<u32> {
+    let readings = readings.iter().map(|reading| reading.to_bits());
+    let words = state.0.iter().copied().chain(readings);
+    words.chain([0; compose::TAIL.len()]).collect()
 }
 
 fn run(program: &Program, tables: &[Table], exported: &mut [u32]) {

@@ -168,7 +168,7 @@ impl WorldSpec {
             };
             if drawn.contains(&name) {
                 return refused(format!(
-                    "whose {name} another key draws too; allowed: one key for each number"
+                    "whose {name} another key also draws; allowed: one key for each number"
                 ));
             }
             let value = if list == VARY {

@@ -44,14 +44,13 @@ impl Robot {
     }
 
     /// Number of robots of a swarm; `None` for a single robot.
-    #[cfg(feature = "compose")]
     pub(crate) fn members(&self) -> Option<u32> {
         self.build.described()?.count
     }
 
     /// Number of robots of its world.
     pub fn count(&self) -> u32 {
-        self.build.described().and_then(|robot| robot.count).unwrap_or(1)
+        self.members().unwrap_or(1)
     }
 
     /// Whether the robots of a swarm start at given places.

@@ -55,18 +55,18 @@ pub(crate) struct Subject {
 
 impl Subject {
     /// The controller of a world's robot, and at least so many cycles of at least three episodes.
-    pub(crate) fn new(name: String, world: &World, genome: &[f32], robot: u32, least: usize) -> Self {
+    pub(crate) fn new(name: String, world: &World, genome: &[f32], robot: u32, count: usize) -> Self {
         let mut cpu = Cpu::new(Some(2)).unwrap();
         let controller = Controller::new(world, genome, robot).unwrap_or_else(|invalid| panic!("{name}: {invalid}"));
         let mut cycles = Vec::new();
         for trial in 0..10_000 {
-            if trial >= 3 && cycles.len() >= least {
+            if trial >= 3 && cycles.len() >= count {
                 break;
             }
             let episode = controller.record(&mut cpu, Key::rollout(3, 0, 0, trial));
             cycles.extend(episode.unwrap_or_else(|error| panic!("{name}: {error}")));
         }
-        assert!(cycles.len() >= least.max(100), "{name}: {} cycles", cycles.len());
+        assert!(cycles.len() >= count.max(100), "{name}: {} cycles", cycles.len());
         Self {
             name,
             controller,

@@ -446,7 +446,7 @@ fn what_cannot_vary_is_refused() {
     refused(
         spec,
         "worlds.vary",
-        "whose arena.obstacles[0].x_mm another key draws too",
+        "whose arena.obstacles[0].x_mm another key also draws",
     );
     let at = |poses: Vec<[f32; 3]>| WorldSpec {
         start: Start::Poses(Poses(poses)),

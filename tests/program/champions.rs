@@ -1415,14 +1415,15 @@ evolution = {{ population = 4, parents = 2, generations = 3, finalists = 0 }}\n"
         .says(&[genes, "allowed: up to 100, or sep-cma-es"]);
 }
 
-/// What is printed to be typed next is the first episode of the table, with the same bits, or is no replay.
+/// An experiment whose run is quick.
+const FEW: &str =
+    "cycles = 60\n[evolution]\npopulation = 20\nparents = 4\ngenerations = 2\nfinalists = 2\nfinalist_lives = 2\n";
+
+/// The command that is printed last replays the first episode of the table with the same bits, or is no replay.
 #[test]
 fn the_next_command_replays_the_first_episode() {
     let place = Place::new("next");
-    place.write(
-        "small.toml",
-        "cycles = 60\n[evolution]\npopulation = 20\nparents = 4\ngenerations = 2\nfinalists = 2\nfinalist_lives = 2\n",
-    );
+    place.write("small.toml", FEW);
     place.evolved("small.toml", "1", "run", &[]);
     place.write("starts.csv", "x_mm,y_mm,heading_turns\n100,90,0.125\n300,300,0.25\n");
     for options in [
@@ -1452,7 +1453,7 @@ fn the_next_command_replays_the_first_episode() {
             .exits(0);
         assert!(!said.stderr.contains("next: oneiro replay"), "{}", said.stderr);
     }
-    // What another option excludes is asked for all the same.
+    // The parser forgets these needs where another option excludes what is needed.
     for (option, needed) in [
         (&["--individuals"][..], "--best"),
         (&["--all"], "--best"),
@@ -1471,10 +1472,7 @@ fn the_next_command_replays_the_first_episode() {
 #[test]
 fn adopted_runs_are_evaluated_beside_others() {
     let place = Place::new("adopted");
-    place.write(
-        "small.toml",
-        "cycles = 60\n[evolution]\npopulation = 20\nparents = 4\ngenerations = 2\nfinalists = 2\nfinalist_lives = 2\n",
-    );
+    place.write("small.toml", FEW);
     place.evolved("small.toml", "1", "run", &[]);
     place.good(&[
         "adopt",

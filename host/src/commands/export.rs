@@ -179,13 +179,10 @@ fn subject(arguments: &Export, console: Console) -> Result<Subject> {
     }
     let from = saved.directory().display();
     let result = saved.done()?.map(|done| done.result);
-    if saved.experiment().swarm().is_some() {
+    let experiment = runs::read(&saved.config(), &arguments.set)?;
+    if let Some(study) = experiment.swarm() {
         saved.finished()?;
         let acted = Acting::read(saved.directory(), arguments.number, arguments.interval)?;
-        let experiment = runs::read(&saved.config(), &arguments.set)?;
-        let study = experiment
-            .swarm()
-            .ok_or_else(|| Failure::failed("the experiment has no swarm"))?;
         return Ok(Subject {
             genome: acted.genome().into(),
             from: format!(

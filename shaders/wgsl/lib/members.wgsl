@@ -139,7 +139,7 @@ fn body_touches(world: u32, body: u32, at: vec2<f32>) -> bool {
     return touches(world, at);
 }
 
-// The body that gets a place at the start after so many others, a place that is drawn for it, and its heading.
+// The body that gets a place at the start after so many others, a drawn place for it, and its heading.
 fn body_by_turn(world: u32, turn: u32) -> u32 {
     return turn;
 }

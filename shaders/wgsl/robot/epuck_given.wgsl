@@ -1,5 +1,5 @@
-// The behaviours' e-puck in other programs, which give its readings; its outputs command its wheels as any controller's do. It replaces
-// `robot/epuck_alone`.
+// The behaviours' e-puck in other programs, which give its readings; its outputs command its wheels as any controller's do. The
+// functions here replace those of `robot/epuck_alone`.
 
 // What the four sensors at the front read, in [0, 1].
 fn near(episode: Episode, step: u32, pose: vec3<f32>) -> vec4<f32> {
@@ -14,11 +14,6 @@ fn light(episode: Episode, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
         return vec4<f32>(given.light_left_90, given.light_left_150, given.light_right_150, given.light_right_90);
     }
     return vec4<f32>(given.light_left_17, given.light_left_50, given.light_right_50, given.light_right_17);
-}
-
-// What each wheel makes of a command.
-fn wheels(episode: Episode) -> vec2<f32> {
-    return vec2<f32>(1.0f, 1.0f);
 }
 
 fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {

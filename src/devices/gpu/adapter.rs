@@ -151,7 +151,7 @@ fn drivers_have_room() -> bool {
     true
 }
 
-/// The least limits of a process's memory (`ulimit -v`) and of its files (`ulimit -f`) with which drivers are loaded, bytes.
+/// Drivers are loaded if a process may have at least this much memory (`ulimit -v`) and files as large (`ulimit -f`), bytes.
 const LEAST_ROOM: u64 = 2 << 30;
 
 /// Adapters of these interfaces, or of those that `WGPU_BACKEND` names.

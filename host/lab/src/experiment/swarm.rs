@@ -326,11 +326,7 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
         ),
         Need::new(
             &["swarm.simulators.mutation_scale", "swarm.simulators.boundary"],
-            control.has_simulators()
-                && !matches!(
-                    control,
-                    Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom | Kind::Central
-                ),
+            control.has_simulators() && !control.sets_simulators() && *control != Kind::Central,
             "with simulators that evolve (swarm.control)",
             &[CONTROL],
         ),

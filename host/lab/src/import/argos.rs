@@ -642,7 +642,7 @@ fn placing(read: Element<'_>, draft: &mut Draft) -> Result<Placing> {
                 draft.leave_out(position.line(), "<position layout>", why);
             }
             let mut places = Vec::new();
-            // ARGoS begins at the greatest x and y.
+            // ARGoS begins at the maximum x and y.
             for row in 0..counts[1] as usize {
                 for column in 0..counts[0] as usize {
                     let at = |axis: usize, step: usize| {

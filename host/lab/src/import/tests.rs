@@ -263,7 +263,7 @@ fn a_playground_becomes_an_experiment() {
     );
 }
 
-/// Robots in ARGoS's grids stand where ARGoS puts them, which begins at the greatest x and y; what of their orientations is lost is said.
+/// Robots in ARGoS's grids stand where ARGoS puts them, beginning at the maximum x and y, and lost orientations are listed.
 #[test]
 fn distributed_robots_stand_where_argos_puts_them() {
     let distributed = |file: &str, position: &str, orientation: &str, count: u32| {

@@ -77,14 +77,6 @@ impl SingleRun {
         single::population(&self.0.finished()?, self.experiment()?)
     }
 
-    /// The hash of its results, if it is finished.
-    ///
-    /// # Errors
-    /// As [`SavedRun::done`].
-    pub fn result(&self) -> Result<Option<String>> {
-        Ok(self.0.done()?.map(|done| done.result))
-    }
-
     /// Whether it is finished.
     ///
     /// # Errors

@@ -18,7 +18,7 @@ const ENTRY_OF_WORLD: &str = "simulated.wgsl";
 const ENTRY_OF_SWARM: &str = "simulated_members.wgsl";
 const MEMORY: &str = "ControllerState";
 
-/// The part of a forager's behaviours, which read their sensors themselves, and that of sensors that are given.
+/// The part of a forager's behaviours, which read their sensors themselves, and that of given readings.
 const BEHAVIOURS: &str = "controller/foraging.wgsl";
 const GIVEN_SENSORS: &str = "robot/epuck_given.wgsl";
 
