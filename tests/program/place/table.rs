@@ -19,6 +19,18 @@ impl Table {
         }
     }
 
+    /// The episodes on a robot that are complete, of their index: on a busy machine some may be cut short and repeated.
+    pub(crate) fn complete(mut self) -> Self {
+        let complete: Vec<bool> = self
+            .column("status")
+            .iter()
+            .map(|status| *status == "complete")
+            .collect();
+        let mut complete = complete.into_iter();
+        self.rows.retain(|_| complete.next().unwrap());
+        self
+    }
+
     pub(crate) fn column(&self, name: &str) -> Vec<&str> {
         let column = self.head.iter().position(|own| own == name).unwrap();
         self.rows.iter().map(|row| &*row[column]).collect()

@@ -150,13 +150,9 @@ fn lives(place: &Place) {
     assert!(place.text("state/transfers.csv").starts_with(&kept));
     let transfers = Table::read(place, "state/transfers.csv");
     let lives = Table::read(place, "state/lives/lives.csv");
-    let all = lives.column("status").into_iter().zip(lives.column("bits"));
-    let complete: Vec<&str> = all
-        .filter(|(status, _)| *status == "complete")
-        .map(|(_, bits)| bits)
-        .collect();
-    assert_eq!(transfers.column("bits"), complete);
     assert!(lives.column("status").contains(&"the program ended"));
+    let lives = lives.complete();
+    assert_eq!(transfers.column("bits"), lives.column("bits"));
     let text = place.text("state/log.jsonl");
     assert_eq!(text.matches("\"event\":\"simulated\"").count(), GENERATIONS);
     assert_eq!(transfers.column("why").last(), Some(&"final"));

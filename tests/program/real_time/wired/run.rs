@@ -71,14 +71,14 @@ fn a_run_ends_on_a_robot() {
     let ran = place.run(&RUN).exits(0);
     ran.says(&["Khepera", "life-4.csv: fitness"]);
     assert!(body.stands());
-    assert_eq!(status(&place, "out"), ["complete"; 4]);
     // Its fitness is that of its lives, in the order of the individuals.
-    let index = Table::read(&place, "out/lives/lives.csv");
+    let lives = || Table::read(&place, "out/lives/lives.csv");
+    let (all, index) = (lives().rows, lives().complete());
     assert_eq!(last_fitness(&place, "out"), index.column("bits"));
     assert_eq!(index.column("cycles"), ["10"; 4]);
     // With no time to drive about, each life begins where the last one has ended.
-    let starts = index.numbers("start_x_mm");
-    for (life, start) in [1, 2, 3].into_iter().zip(&starts[1..]) {
+    let starts = lives().numbers("start_x_mm");
+    for (life, start) in (1..).zip(&starts[1..]) {
         let ends = Table::read(&place, &format!("out/lives/life-{life}.csv")).numbers("x_mm");
         assert_eq!(ends.last(), Some(start));
     }
@@ -97,7 +97,7 @@ fn a_run_ends_on_a_robot() {
     let since = body.wheels().1;
     place.run(&RUN).exits(0);
     place.run(&["resume", "out"]).exits(0);
-    assert_eq!((status(&place, "out").len(), body.wheels().1), (4, since));
+    assert_eq!((lives().rows, body.wheels().1), (all, since));
     place.run(&["verify", "out"]).exits(0).says(&["1 run is intact"]);
     assert!(place.good(&["list", "."]).contains("done"));
     // Two generations of four were simulated.
@@ -212,7 +212,7 @@ fn a_run_waits_for_its_robot() {
     body.is_deaf.store(false, Ordering::SeqCst);
     let ran = place.run(&["resume", "out"]).exits(0);
     assert_eq!(ran.stderr.matches(": fitness").count(), 4);
-    assert_eq!(status(&place, "out"), ["complete"; 4]);
+    assert_eq!(Table::read(&place, "out/lives/lives.csv").complete().rows.len(), 4);
     let ran = place.run(&[&RUN[..5], &["hushed", "--quiet"]].concat()).exits(0);
     assert_eq!(ran.stderr, "");
     let other = ["--set", "reality.robot=\"tcp:127.0.0.1:9\"", "--out", "nobody"];
@@ -340,15 +340,9 @@ fn commands_come_in_time() {
         place.run(&[&own[..], &lives].concat()).exits(0);
         drop(load);
         let status = status(&place, "out");
-        let index = Table::read(&place, "out/lives/lives.csv");
-        let complete = index
-            .column("life")
-            .into_iter()
-            .zip(&status)
-            .filter(|(_, status)| *status == "complete");
-        let tables: Vec<_> = complete
-            .map(|(life, _)| Table::read(&place, &format!("out/lives/life-{life}.csv")))
-            .collect();
+        let complete = Table::read(&place, "out/lives/lives.csv").complete();
+        let table = |life| Table::read(&place, &format!("out/lives/life-{life}.csv"));
+        let tables: Vec<_> = complete.column("life").into_iter().map(table).collect();
         let quantiles = |name: &str| {
             let mut all: Vec<f32> = tables.iter().flat_map(|table| table.numbers(name)).collect();
             all.sort_by(f32::total_cmp);

@@ -51,15 +51,9 @@ fn lives_until(program: Child, place: &Place, life: usize, cycles: usize) -> Chi
 
 /// Keys and genomes of the lives in a directory that are complete.
 fn complete(place: &Place, directory: &str) -> Vec<(String, String)> {
-    let index = Table::read(place, &format!("{directory}/lives.csv"));
-    let rows = index
-        .column("status")
-        .into_iter()
-        .zip(index.column("key"))
-        .zip(index.column("genome"));
-    rows.filter(|((status, _), _)| *status == "complete")
-        .map(|((_, key), genome)| (key.to_owned(), genome.to_owned()))
-        .collect()
+    let index = Table::read(place, &format!("{directory}/lives.csv")).complete();
+    let rows = index.column("key").into_iter().zip(index.column("genome"));
+    rows.map(|(key, genome)| (key.to_owned(), genome.to_owned())).collect()
 }
 
 fn robots_of(place: &Place, directory: &str) -> BTreeSet<String> {
