@@ -174,6 +174,64 @@ fn the_largest_arrays_that_are_accepted_run() {
     }
 }
 
+/// An array of arrays, of which an element has a name, with indices that differ between robots and within loops, also beyond the ends.
+/// The placeholders are that element, read and written, and the declaration.
+const GRID: &str = "
+    DECLARED
+    let seed = u32(abs(x) * 1000.0);
+    for (var i = 0u; i < 3u; i++) {
+        for (var j = 0u; j < 5u; j++) { AT(i, j) = x + f32(i * 7u + j); }
+    }
+    for (var turn = 0u; turn < 9u; turn++) {
+        let i = (seed + turn) % 4u;
+        let j = (seed / 4u + turn) % 7u;
+        AT(i, j) += 0.5 * AT(j, i);
+        x += AT(turn, i);
+    }";
+
+/// Elements of arrays within arrays, of vectors and structs within them, and of flat arrays are the same.
+#[test]
+fn arrays_in_arrays_are_as_flat_ones() {
+    let at = |form: &str| {
+        let mut text = String::new();
+        for (number, piece) in GRID.split("AT(").enumerate() {
+            let rest = if number == 0 {
+                piece.to_owned()
+            } else {
+                let (indices, rest) = piece.split_once(')').unwrap();
+                let (i, j) = indices.split_once(", ").unwrap();
+                form.replace('I', i).replace('J', j) + rest
+            };
+            text += &rest;
+        }
+        text
+    };
+    let forms = [
+        ("a: array<f32, 15>", "a[5u * min(I, 2u) + min(J, 4u)]", ""),
+        ("a: array<array<f32, 5>, 3>", "a[I][J]", ""),
+        (
+            "a: array<Row, 3>",
+            "a[I].cells[J]",
+            "struct Row { first: u32, cells: array<f32, 5> }\n",
+        ),
+        ("a: array<array<array<vec2<f32>, 1>, 5>, 3>", "a[I][J][0].y", ""),
+        ("a: array<array<array<vec2<f32>, 1>, 5>, 3>", "a[I][J][I][1u + J]", ""),
+    ];
+    for (kind, is_swarm) in [(Kind::Task, false), (Kind::Controller, true)] {
+        let lives = forms.map(|(declared, form, outside)| {
+            let body = at(form).replace("DECLARED", &format!("var {declared};"));
+            let world = world(kind, is_swarm, &part(kind, is_swarm, &(body, outside.to_owned())))
+                .unwrap_or_else(|refused| panic!("{form}: {refused}"));
+            let (found, _) = live(Cpu::new(Some(2)).unwrap(), &world);
+            let interpreter = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1").unwrap();
+            assert_eq!(found, live(interpreter, &world).0, "{form}");
+            found
+        });
+        assert!(lives[0].iter().any(|bits| *bits != lives[0][0]));
+        assert_eq!(lives, std::array::from_fn(|_| lives[0].clone()));
+    }
+}
+
 /// Arrays of different functions count together, and the message says how many bytes they have.
 #[test]
 fn what_all_arrays_take_is_said() {

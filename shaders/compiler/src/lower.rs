@@ -49,17 +49,23 @@ enum Lowered {
     Place(Place),
 }
 
+/// Place of a scalar in memory.
+#[derive(Clone, Copy, Debug)]
+enum Spot {
+    Variable(Variable),
+    /// An element of a local array, by its number.
+    Element(Array, Value),
+}
+
 /// Place of a value in memory.
 #[derive(Clone, Debug)]
 enum Place {
-    /// A variable for each scalar.
-    Variables(Vec<Variable>),
-    /// One of the elements of an array or vector, each with a variable for each scalar, by its number.
-    OneOf(Vec<Vec<Variable>>, Value),
+    /// A spot for each scalar.
+    Spots(Vec<Spot>),
+    /// One of the elements of an array or vector, each with a spot for each scalar, by its number.
+    OneOf(Vec<Vec<Spot>>, Value),
     /// A whole local array, with an array for each scalar of its elements.
     Arrays(Vec<Array>),
-    /// One element of a local array.
-    Element(Vec<Array>, Value),
     /// A whole runtime-sized array.
     Buffer { buffer: u32, stride: u32 },
     /// Part of a buffer.
@@ -292,7 +298,7 @@ impl<'a> Lowering<'a> {
             .into_iter()
             .zip(bits)
             .map(|((inner, scalar, _), init)| self.variable(format!("{name}{inner}"), scalar, init));
-        Place::Variables(variables.collect())
+        Place::Spots(variables.map(Spot::Variable).collect())
     }
 
     /// Inlines a call. Returns the scalars that the function returns.
@@ -498,47 +504,34 @@ impl<'a> Lowering<'a> {
                     let values = self.all_scalars(call, *value)?;
                     for (at, value) in values.iter().enumerate() {
                         let index = self.constant((at / arrays.len()) as u32, Ty::U32);
-                        let array = arrays[at % arrays.len()];
-                        self.push(Statement::WriteElement {
-                            array,
-                            index,
-                            value: *value,
-                            span,
-                        });
+                        self.write(Spot::Element(arrays[at % arrays.len()], index), *value, span);
                     }
                     return Ok(());
                 }
                 let values = self.all_scalars(call, *value)?;
                 if let Place::OneOf(elements, index) = &place {
-                    for (number, variables) in elements.iter().enumerate() {
-                        for (variable, value) in variables.iter().zip(&values) {
-                            let old = self.value(Op::Read(*variable), self.program.ty(*value));
+                    for (number, spots) in elements.iter().enumerate() {
+                        for (spot, value) in spots.iter().zip(&values) {
+                            let old = self.read(*spot, span);
                             let new = self.chosen(*index, [number, elements.len()], *value, old);
-                            self.push(Statement::Write(*variable, new));
+                            self.write(*spot, new, span);
                         }
                     }
                     return Ok(());
                 }
                 let words = self.words_behind(call, *pointer);
                 for (k, value) in values.into_iter().enumerate() {
-                    let statement = match &place {
-                        Place::Variables(variables) => Statement::Write(variables[k], value),
-                        Place::Element(arrays, index) => Statement::WriteElement {
-                            array: arrays[k],
-                            index: *index,
-                            value,
-                            span,
-                        },
+                    match &place {
+                        Place::Spots(spots) => self.write(spots[k], value, span),
                         Place::InBuffer(address) => {
                             let address = Address {
                                 offset: address.offset + words[k],
                                 ..*address
                             };
-                            Statement::Store { address, value, span }
+                            self.push(Statement::Store { address, value, span });
                         }
                         _ => return self.refuse(span, call, Rule::Internal, "a whole buffer can't be stored"),
-                    };
-                    self.push(statement);
+                    }
                 }
             }
             S::Call {
@@ -876,12 +869,12 @@ impl<'a> Lowering<'a> {
                 stride,
                 offset: 0,
             }),
-            Lowered::Place(Place::Arrays(arrays)) => Place::Element(arrays, index),
-            Lowered::Place(Place::Variables(variables)) => {
+            Lowered::Place(Place::Arrays(arrays)) => Place::Spots(element(arrays, index)),
+            Lowered::Place(Place::Spots(spots)) => {
                 let Some(count) = count_of(&self.pointee(call, base)) else {
                     return self.refuse(span, call, Rule::Internal, "this has no index");
                 };
-                let elements = variables.chunks(variables.len() / count).map(<[Variable]>::to_vec);
+                let elements = spots.chunks(spots.len() / count).map(<[Spot]>::to_vec);
                 Place::OneOf(elements.collect(), index)
             }
             Lowered::Scalars(scalars) => {
@@ -905,12 +898,10 @@ impl<'a> Lowering<'a> {
                 let each = elements
                     .iter()
                     .flat_map(|element| element.chunks(element.len() / count));
-                Place::OneOf(each.map(<[Variable]>::to_vec).collect(), index)
+                Place::OneOf(each.map(<[Spot]>::to_vec).collect(), index)
             }
-            Lowered::Place(_) => {
-                let message =
-                    "an index that is computed stands in another one here; copy the inner array: `var a = all[i];`";
-                return self.refuse(span, call, Rule::IndexedArrays, message);
+            Lowered::Place(Place::InBuffer(_)) => {
+                return self.refuse(span, call, Rule::Internal, "a part of a buffer has no index");
             }
         };
         Ok(Lowered::Place(place))
@@ -981,15 +972,10 @@ impl<'a> Lowering<'a> {
         };
         Ok(match lowered {
             Lowered::Scalars(scalars) => Lowered::Scalars(scalars[first..first + count].to_vec()),
-            Lowered::Place(Place::Variables(variables)) => {
-                Lowered::Place(Place::Variables(variables[first..first + count].to_vec()))
-            }
+            Lowered::Place(Place::Spots(spots)) => Lowered::Place(Place::Spots(spots[first..first + count].to_vec())),
             Lowered::Place(Place::Arrays(arrays)) => {
                 let index = self.constant(index, Ty::U32);
-                Lowered::Place(Place::Element(arrays, index))
-            }
-            Lowered::Place(Place::Element(arrays, at)) => {
-                Lowered::Place(Place::Element(arrays[first..first + count].to_vec(), at))
+                Lowered::Place(Place::Spots(element(arrays, index)))
             }
             Lowered::Place(Place::InBuffer(address)) => Lowered::Place(Place::InBuffer(Address {
                 offset: address.offset + word,
@@ -1009,27 +995,17 @@ impl<'a> Lowering<'a> {
 
     fn load(&mut self, call: &mut Call<'a>, pointer: Handle<Expression>, span: Span) -> Lower<Vec<Value>> {
         match self.place(call, pointer)? {
-            Place::Variables(variables) => Ok(variables
-                .into_iter()
-                .map(|v| self.value(Op::Read(v), self.program.variables[v.0 as usize].ty))
-                .collect()),
+            Place::Spots(spots) => Ok(self.all_read(spots, span)),
             Place::OneOf(elements, index) => {
-                let mut values = Vec::new();
-                for variables in elements {
-                    let read = |variable: Variable| {
-                        self.value(Op::Read(variable), self.program.variables[variable.0 as usize].ty)
-                    };
-                    values.push(variables.into_iter().map(read).collect());
-                }
+                let values = elements.into_iter().map(|spots| self.all_read(spots, span)).collect();
                 Ok(self.one_of(values, index))
             }
-            Place::Element(arrays, index) => Ok(self.elements(&arrays, index, span)),
             Place::Arrays(arrays) => {
                 let count = self.program.arrays[arrays[0].0 as usize].init.len();
                 let mut all = Vec::new();
                 for number in 0..count {
                     let index = self.constant(number as u32, Ty::U32);
-                    all.extend(self.elements(&arrays, index, span));
+                    all.extend(self.all_read(element(arrays.clone(), index), span));
                 }
                 Ok(all)
             }
@@ -1070,15 +1046,37 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Reads the same element of several arrays.
-    fn elements(&mut self, arrays: &[Array], index: Value, span: Span) -> Vec<Value> {
-        let read = |array: &Array| {
-            let value = self.value(Op::ReadElement(*array, index), self.program.arrays[array.0 as usize].ty);
-            self.program.values[value.0 as usize].span = if span.is_defined() { span } else { self.here };
-            value
-        };
-        arrays.iter().map(read).collect()
+    fn all_read(&mut self, spots: Vec<Spot>, span: Span) -> Vec<Value> {
+        spots.into_iter().map(|spot| self.read(spot, span)).collect()
     }
+
+    fn read(&mut self, spot: Spot, span: Span) -> Value {
+        match spot {
+            Spot::Variable(variable) => self.value(Op::Read(variable), self.program.variables[variable.0 as usize].ty),
+            Spot::Element(array, index) => {
+                let value = self.value(Op::ReadElement(array, index), self.program.arrays[array.0 as usize].ty);
+                self.program.values[value.0 as usize].span = if span.is_defined() { span } else { self.here };
+                value
+            }
+        }
+    }
+
+    fn write(&mut self, spot: Spot, value: Value, span: Span) {
+        self.push(match spot {
+            Spot::Variable(variable) => Statement::Write(variable, value),
+            Spot::Element(array, index) => Statement::WriteElement {
+                array,
+                index,
+                value,
+                span,
+            },
+        });
+    }
+}
+
+/// The same element of several arrays.
+fn element(arrays: Vec<Array>, index: Value) -> Vec<Spot> {
+    arrays.into_iter().map(|array| Spot::Element(array, index)).collect()
 }
 
 /// Returns whether a function has a return other than its last statement.

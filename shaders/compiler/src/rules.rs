@@ -151,7 +151,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     IndexedArrays "indexed-arrays"
         "Readings have no index: write `reading(readings, i)`."
         why: "Readings are the fields of a struct, which has no index in WGSL. Arrays and vectors may be indexed by any \
-              number, unless the element is itself an array that is indexed by a computed number."
+              number."
         wrong: "\
 fn second(readings: Readings) -> f32 {
     return readings[1];
