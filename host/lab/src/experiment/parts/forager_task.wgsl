@@ -24,7 +24,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     next.carries = select(select(before.carries, 0u, now.brought), 1u, now.took);
     next.way = select(now.to_food, now.to_nest, next.carries != 0u);
     // The goal changes where food is taken or brought.
-    let nearer = select(before.way - next.way, 0.0f, now.took | now.brought | (now.step == 0u));
-    let earned = own.way * nearer + select(0.0f, 100.0f, now.brought);
-    return Reward(earned - select(0.0f, own.bump, now.collided), next);
+    let nearer = select(before.way - next.way, 0.0, now.took | now.brought | (now.step == 0u));
+    let earned = own.way * nearer + select(0.0, 100.0, now.brought);
+    return Reward(earned - select(0.0, own.bump, now.collided), next);
 }

@@ -13,9 +13,9 @@ fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
     var on_spot = 0u;
     for (var robot = 0u; robot < robots(episode); robot++) {
         let place = robot_pose(episode, robot).xy;
-        on_spot += select(0u, 1u, floor_at(episode, place) < 0.1f);
+        on_spot += select(0u, 1u, floor_at(episode, place) < 0.1);
     }
-    return Tally(0.0f, MissionState(on_spot));
+    return Tally(0.0, MissionState(on_spot));
 }
 
 // The fitness, from what the mission remembers at the end, and from the sum of all that was earned.

@@ -18,7 +18,7 @@ struct SensorReadings {
 // here.
 fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     let own = sensor_values(episode);
-    let distance = distance_along(episode, vec2<f32>(pose.x, pose.y), pose.z, own.range);
-    let error = 2.0f * random(episode, STREAM_OWN_SENSOR, step, 0u).x - 1.0f;
-    return Sensed(SensorReadings(distance * reciprocal(own.range) + own.noise * error), before);
+    let distance = distance_along(episode, pose.xy, pose.z, own.range);
+    let error = 2.0 * random(episode, STREAM_OWN_SENSOR, step, 0u).x - 1.0;
+    return Sensed(SensorReadings(distance / own.range + own.noise * error), before);
 }

@@ -18,18 +18,17 @@ struct TaskState {
 
 // The same at the start of an episode. The pose is x and y in mm, and the heading in turns.
 fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
-    return TaskState(vec2<f32>(pose.x, pose.y), 0.0f, 0u);
+    return TaskState(pose.xy, 0.0, 0u);
 }
 
 // What a cycle earns, and what the task remembers of it.
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let own = task_values(episode);
-    let away = vec2<f32>(now.end.x - before.start.x, now.end.y - before.start.y);
-    let distance = root(squared_length(away));
+    let away = distance(now.end.xy, before.start);
     var next = before;
-    next.farthest = max(before.farthest, distance);
-    next.arrived = select(0u, 1u, distance >= own.goal);
-    return Reward(next.farthest - before.farthest - select(0.0f, own.bump, now.collided), next);
+    next.farthest = max(before.farthest, away);
+    next.arrived = select(0u, 1u, away >= own.goal);
+    return Reward(next.farthest - before.farthest - select(0.0, own.bump, now.collided), next);
 }
 
 // Whether the episode is over before its time.
