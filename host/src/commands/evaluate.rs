@@ -152,7 +152,14 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         device::name_for(evaluator.as_ref(), worlds[0].kernel())
     ));
     if subjects.genomes.len() > 1 && arguments.starts.is_none() && !arguments.common_starts {
-        console.say("each genome has different starts and random numbers; --common-starts gives all the same");
+        let what = if spec.start.is_drawn() {
+            "starts and random numbers"
+        } else {
+            "random numbers"
+        };
+        console.say(format!(
+            "each genome has different {what}; --common-starts gives all the same"
+        ));
     }
 
     let is_trace = |name: &str| name == README || name.starts_with("trace-");

@@ -132,15 +132,6 @@ impl Start<'_> {
                 set("arena.height_mm", "2000.0".to_owned(), "height");
                 let spot = "[{ x_mm = 1000.0, y_mm = 1000.0, radius_mm = 300.0, grey = 0.0 }]".to_owned();
                 set("arena.patches", spot, "a black spot on the floor");
-                if self.ready().is_some_and(Ready::has_pucks) {
-                    set("pucks.count", "20".to_owned(), "discs that the robots push and carry");
-                    set("pucks.radius_mm", "40.0".to_owned(), "their radius");
-                    set(
-                        "pucks.grip_mm",
-                        "10.0".to_owned(),
-                        "gap within which a robot can take one",
-                    );
-                }
             }
         }
         let lights = self.ready().is_some_and(|ready| ready.task == Task::Phototaxis);
@@ -149,6 +140,15 @@ impl Start<'_> {
             let at = if is_swarm { "1000.0" } else { "500.0" };
             let words = format!("a lamp for the light sensors of {}", robot.name);
             set("arena.lights", format!("[{{ x_mm = {at}, y_mm = {at} }}]"), &words);
+        }
+        if self.ready().is_some_and(Ready::has_pucks) {
+            set("pucks.count", "20".to_owned(), "discs that the robots push and carry");
+            set("pucks.radius_mm", "40.0".to_owned(), "their radius");
+            set(
+                "pucks.grip_mm",
+                "10.0".to_owned(),
+                "gap within which a robot can take one",
+            );
         }
         if is_forager {
             set(

@@ -99,7 +99,7 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
         Entry::file(
             CHAMPION,
             "the champion: its score (as a number and as bits), the mean of its new episodes with a 95 % confidence interval, its \
-             generation and index, the keys of its random numbers, and its genes by name",
+             generation and index, the keys of its random numbers, and its genes; with their names if the run has finalists",
         ),
         Entry::file(CHAMPION_GENES, "its genes (f32)"),
     ];
