@@ -36,6 +36,7 @@ parts![
     "exported.wgsl",
     "lib/batch.wgsl",
     "lib/circle.wgsl",
+    "lib/circle_given.wgsl",
     "lib/circle_rays.wgsl",
     "lib/differences.wgsl",
     "lib/food.wgsl",

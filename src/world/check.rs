@@ -56,7 +56,8 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     }
     own_parts(spec)?;
     if let Some(ready) = spec.task.ready() {
-        ready.check(&spec.arena, &spec.pucks)?;
+        let values = spec.own.get(Kind::Task).map(|task| task.named_values());
+        ready.check(&spec.arena, &spec.pucks, &values.unwrap_or_default())?;
         if ready.is_for_swarms() && physics.together().is_none() {
             let problem = format!("is `{}`; allowed: only in swarms, with robot.count", ready.word);
             return Err(Invalid::new("task.kind", problem));
@@ -344,10 +345,11 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
         let area = Area::of(&Start::Random, &spec.arena)?;
         let free = pack::free_share(spec, physics, area, largest - body);
         let room = 0.5 * free * width * height - *count as f32 * disc(body, largest);
-        let most = (room / disc(pucks.radius, largest)).max(0.0);
+        let most = (room / disc(pucks.radius, largest)).max(0.0).floor();
         if pucks.count as f32 > most {
             let problem = format!(
-                "is {}, but the arena has room for {most:.0} beside the robots; allowed: fewer, or a larger arena",
+                "is {}, but half of the arena has room for {most} beside the robots, so that random places are found soon; allowed: \
+                 fewer, pucks.places_mm, or a larger arena",
                 pucks.count
             );
             return Err(Invalid::new("pucks.count", problem));
@@ -360,25 +362,28 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     let Field { width, height, .. } = area.bounds();
     let placed = pucks.map_or(0.0, |pucks| pucks.places().len() as f32 * disc(body, pucks.radius));
     let room = 0.5 * pack::free_share(spec, physics, area, 0.0) * width * height - placed;
-    let most = (room / disc(body, body)).max(0.0);
+    let most = (room / disc(body, body)).max(0.0).floor();
     if *count as f32 <= most {
         return Ok(());
     }
     if matches!(spec.start, Start::Zone(_)) {
         let problem = format!(
-            "is a zone with room for the starts of {most:.0} of {count} robots; allowed: a larger zone, or a smaller robot.count"
+            "is a zone half of which has room for the starts of {most} of {count} robots, so that random places are found soon; \
+             allowed: a larger zone, a smaller robot.count, or start.kind = \"poses\""
         );
         return Err(Invalid::new("start", problem));
     }
     if let Some(radius) = start_radius(&spec.arena) {
         let problem = format!(
-            "is {radius}, with room for the starts of {most:.0} of {count} robots; allowed: a larger radius, or a \
-             smaller robot.count"
+            "is {radius}, and half of that disc has room for the starts of {most} of {count} robots, so that random places are found \
+             soon; allowed: a larger radius, or a smaller robot.count"
         );
         return Err(Invalid::new("arena.start_radius_mm", problem));
     }
-    let problem =
-        format!("is {count}, but the arena has room for the starts of {most:.0}; allowed: fewer, or a larger arena");
+    let problem = format!(
+        "is {count}, but half of the arena has room for the starts of {most}, so that random places are found soon; allowed: fewer, \
+         start.kind = \"poses\", or a larger arena"
+    );
     Err(Invalid::new("robot.count", problem))
 }
 

@@ -1,5 +1,7 @@
 //! Tasks without code: each is a part in ordinary WGSL, in a file of its own, as a user could have written it.
 
+use std::collections::BTreeMap;
+
 use crate::parameter::Invalid;
 use crate::parts::compose::{Kind, Part};
 use crate::world::arena::Arena;
@@ -43,6 +45,9 @@ macro_rules! ready {
         }
     };
 }
+
+/// Their values that are the number of a patch.
+const PATCHES: [&str; 2] = ["goal", "nest"];
 
 /// All of them.
 #[rustfmt::skip]
@@ -96,8 +101,8 @@ impl Ready {
         matches!(self.needs, Needs::Pucks | Needs::Nest)
     }
 
-    /// Checks that a world has what it needs.
-    pub(crate) fn check(&self, arena: &Arena, pucks: &Pucks) -> Result<(), Invalid> {
+    /// Checks that a world has what it needs, and the patches that values number.
+    pub(crate) fn check(&self, arena: &Arena, pucks: &Pucks, values: &BTreeMap<String, f64>) -> Result<(), Invalid> {
         let objects = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
         let (has, allowed) = match self.needs {
             Needs::Nothing => return Ok(()),
@@ -121,10 +126,17 @@ impl Ready {
                 (grips && !arena.patches.is_empty(), allowed.to_owned())
             }
         };
-        if has {
-            return Ok(());
+        if !has {
+            let problem = format!("is `{}`; allowed: only in an arena with {allowed}", self.word);
+            return Err(Invalid::new("task.kind", problem));
         }
-        let problem = format!("is `{}`; allowed: only in an arena with {allowed}", self.word);
-        Err(Invalid::new("task.kind", problem))
+        for (name, number) in values.iter().filter(|(name, _)| PATCHES.contains(&name.as_str())) {
+            if number.fract() != 0.0 || *number >= arena.patches.len() as f64 {
+                let last = arena.patches.len() - 1;
+                let problem = format!("is {number}; allowed: the number of a patch, whole numbers from 0 to {last}");
+                return Err(Invalid::new(format!("task.values.{name}"), problem));
+            }
+        }
+        Ok(())
     }
 }

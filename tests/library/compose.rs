@@ -961,6 +961,10 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl: an index follows what is neither an array nor a vector; fields have names, and readings `reading(",
         ),
         (first("var real = array<f32, 2>(1.0f, 2.0f); real[0] = real[1];"), TAKEN),
+        (
+            first("let x = mix(0, 1, 0.5);"),
+            "none of the numbers that a function is given here has a type; write one as `0.5f`",
+        ),
     ];
     let cases = cases.into_iter().map(|(text, message)| (Kind::Task, text, message));
     let controller = [

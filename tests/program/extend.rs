@@ -113,6 +113,14 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
             &["own.wgsl:11:19: x / (0.0f) is out of its range, which is from 1.2e-38, of both signs, in 6"],
         ),
         (
+            "    return Reward(f32(7 / i32(0.0 * now.start.x)), before);",
+            &["own.wgsl:11:23: x / (0) is a division by 0, in 6 of 6"],
+        ),
+        (
+            "    return Reward(f32(7 % i32(0.0 * now.start.x)), before);",
+            &["own.wgsl:11:23: x % (0) is a division by 0, in 6 of 6"],
+        ),
+        (
             "    return Reward(sqrt(now.moved.left - 2.0), before);",
             &[
                 "own.wgsl:11:19: sqrt(-",

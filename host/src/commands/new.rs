@@ -65,6 +65,7 @@ fn template(arguments: &New, console: Console) -> Result {
     let name = plain("NAME", "an experiment", given.strip_suffix(".toml").unwrap_or(given))?;
     let task = arguments.task.as_deref().filter(|_| !arguments.forager);
     let ready = task.and_then(|task| Ready::named(task.strip_suffix(".wgsl").unwrap_or(task)));
+    not_another_task(arguments)?;
     let is_for_swarms = ready.is_some_and(Ready::is_for_swarms);
     // Robots with a reference model have no pucks.
     let has_pucks = ready.is_some_and(Ready::has_pucks);
@@ -75,9 +76,15 @@ fn template(arguments: &New, console: Console) -> Result {
         .or((arguments.swarm && !has_pucks).then_some(OF_SWARM))
         .or(of_task);
     let robots = match robot.map(Shipped::named).transpose()? {
-        Some(robot) if arguments.swarm && !robot.may_swarm() => {
+        Some(robot) if (arguments.swarm || is_for_swarms) && !robot.may_swarm() => {
             return Err(Failure::input(format_args!(
-                "--robot {}: is too fast for a swarm; allowed with --swarm: robots that move at most 0.75 of their radius in a cycle",
+                "--robot {}: is too fast for a swarm; allowed in swarms: robots that move at most 0.75 of their radius in a cycle",
+                robot.name
+            )));
+        }
+        Some(robot) if has_pucks && robot.is_for_swarms() => {
+            return Err(Failure::input(format_args!(
+                "--robot {}: has a reference model, and no pucks; allowed: robots without",
                 robot.name
             )));
         }
@@ -121,6 +128,25 @@ fn template(arguments: &New, console: Console) -> Result {
             .map(|(kind, file)| (file.clone(), start.part(*kind).to_owned())),
     );
     write(&files, arguments.out.as_deref(), EXPERIMENT, console)
+}
+
+/// Tasks that are part of the kernels that ship.
+const WITHOUT_FILE: [&str; 2] = ["avoidance", "foraging"];
+
+/// A file that is called after a task of Oneiro has that task, and no other.
+fn not_another_task(arguments: &New) -> Result {
+    let Some(task) = arguments.task.as_deref() else {
+        return Ok(());
+    };
+    let word = task.strip_suffix(".wgsl").unwrap_or(task);
+    let problem = if Ready::named(word).is_some() && arguments.forager {
+        "is no task of foragers; allowed with --forager: another name, for a task of your own"
+    } else if WITHOUT_FILE.contains(&word) {
+        "has no file in WGSL; allowed: task.kind in an experiment, or another name for a task of your own"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::input(format_args!("--task {task}: {problem}")))
 }
 
 /// The commands that check an experiment and run it.

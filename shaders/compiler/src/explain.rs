@@ -69,11 +69,27 @@ pub(crate) fn explained(module: &Module, error: &ValidationError, logic: Logic) 
             ..
         } => Some(format!("`{name}` has no field; write one, or leave the struct out")),
         ValidationError::Function { handle, name, source } => {
+            if is_abstract(source) {
+                return Some(format!(
+                    "in `{name}`: none of the numbers that a function is given here has a type; write one as `0.5f`, or `1u`"
+                ));
+            }
             let problem = Types::of(module, &module.functions[*handle], logic)?.explained(source)?;
             Some(format!("in `{name}`: {problem}"))
         }
         _ => None,
     }
+}
+
+/// Whether the mistake is a constant without a type, such as `0.5`, where naga finds none for it.
+fn is_abstract(error: &FunctionError) -> bool {
+    let mut cause: Option<&dyn std::error::Error> = Some(error);
+    std::iter::from_fn(|| {
+        let this = cause?;
+        cause = this.source();
+        Some(this.to_string())
+    })
+    .any(|text| text.contains("Abstract types"))
 }
 
 /// The types of a function's expressions.

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use oneiro::tasks::READY;
+
 use super::*;
 
 /// Sums up all that a part can ask of the experiment, so that each number shows.
@@ -152,6 +154,104 @@ fn a_described_robot_is_written() {
         .says(&["--robot epuk: is unknown; did you mean epuck? (allowed: khepera, epuck, thymio2, kheperax, epuck-rm1.1, epuck-rm1.2)"]);
     place.run(&["new", "other", "--robot", "epuck", "--forager"]).exits(2);
     assert!(!place.at("other.toml").exists());
+}
+
+/// A task's file is that task, with every robot that may have it; otherwise nothing is written.
+#[test]
+fn tasks_are_written_with_robots_that_may_have_them() {
+    let place = Place::new("tasks");
+    let written = |task: &str, more: &[&str]| {
+        let name = [&[task], more].concat().join("-").replace("--", "");
+        let new = [&["new", &*name, "--task", task], more].concat();
+        let ran = place.run(&new);
+        if ran.code == Some(3) {
+            assert!(!place.at(format!("{name}.toml")).exists(), "{name}");
+            return false;
+        }
+        let ran = ran.exits(0);
+        assert!(ran.stderr.contains("next: "), "{}", ran.stderr);
+        place.good(&["check", &format!("{name}.toml")]);
+        fs::remove_file(place.at(format!("{task}.wgsl"))).unwrap();
+        true
+    };
+    for ready in READY {
+        assert!(written(ready.word, &[]), "{}", ready.word);
+        assert!(!written(ready.word, &["--forager"]), "{}", ready.word);
+    }
+    for task in ["stay-together", "gather-pucks", "bring-pucks"] {
+        let robots = ["khepera", "epuck", "thymio2", "kheperax", "epuck-rm1.1", "epuck-rm1.2"];
+        let found = robots.map(|robot| written(task, &["--robot", robot]));
+        let has_model = task == "stay-together";
+        assert_eq!(found, [true, true, true, false, has_model, has_model], "{task}");
+    }
+    for task in ["avoidance", "foraging.wgsl"] {
+        place
+            .run(&["new", "other", "--task", task])
+            .exits(3)
+            .says(&["has no file in WGSL; allowed: task.kind"]);
+    }
+}
+
+/// Values that number a patch, poses that no episode has, and floors that nothing reads.
+#[test]
+fn what_would_have_no_effect_is_said() {
+    let place = Place::new("effects");
+    let arena = "[robot]\npreset = \"kheperax\"\n[arena]\nwidth_mm = 900.0\nheight_mm = 600.0\n";
+    let patch = "patches = [{ x_mm = 450.0, y_mm = 300.0, radius_mm = 90.0, grey = 0.0 }]\n";
+    place.write("reach.toml", format!("{arena}{patch}[task]\nkind = \"reach\"\n"));
+    for goal in ["1", "0.5"] {
+        let set = format!("task.values.goal={goal}");
+        let ran = place.run(&["check", "reach.toml", "--set", &set]).exits(3);
+        ran.says(&[&format!(
+            "task.values.goal: is {goal}; allowed: the number of a patch, whole numbers from 0 to 0"
+        )]);
+    }
+    let checked = place.run(&["check", "reach.toml"]).exits(0);
+    assert!(!checked.stderr.contains("floor"), "{}", checked.stderr);
+    place.write("floor.toml", format!("{arena}{patch}"));
+    let checked = place.run(&["check", "floor.toml"]).exits(0);
+    checked.says(&["arena.patches: has no effect: no sensor, task or other part reads the floor"]);
+    let poses = "[start]\nkind = \"poses\"\nposes = [[200, 200, 0], [300, 200, 0], [400, 200, 0]]\n";
+    place.write("poses.toml", format!("trials = 2\n{arena}{poses}"));
+    let checked = place.run(&["check", "poses.toml"]).exits(0);
+    checked.says(&["start.poses: has 3 poses, of which the 2 episodes of a genome take the first 2"]);
+    let all = place.run(&["check", "poses.toml", "--set", "trials=3"]).exits(0);
+    assert!(!all.stderr.contains("start.poses"), "{}", all.stderr);
+}
+
+/// A forager's clearance is that of its round wall.
+#[test]
+fn a_forager_sees_its_round_wall() {
+    let place = Place::new("round");
+    let task = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let gap = clearance(episode, now.end.xy, 2000.0);
+    let along = distance_along(episode, now.end.xy, atan2(now.end.y, now.end.x) / 6.2831855, 2000.0) - body_radius(episode);
+    return Reward(select(0.0, 1.0, abs(gap - along) < 0.05 && gap < 1000.0 && clearance(episode, now.end.xy, 1.5) <= 1.5), before);
+}
+struct TaskState { unused: f32 }
+";
+    place.write("gap.wgsl", task);
+    place.write(
+        "gap.toml",
+        "cycles = 40\n[robot]\nkind = \"forager\"\n[controller]\nkind = \"behaviours\"\n[task]\nkind = \"own\"\npart = \"gap.wgsl\"\n",
+    );
+    let table = place.good(&[
+        "evaluate",
+        "gap.toml",
+        "--random",
+        "4",
+        "--seed",
+        "1",
+        "--backend",
+        "cpu",
+        "--quiet",
+    ]);
+    let fitness: Vec<&str> = table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(2).unwrap())
+        .collect();
+    assert_eq!(fitness, ["40"; 4], "{table}");
 }
 
 /// Rows of two genomes in two episodes, up to their fitness, by how the episodes are watched.

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use oneiro::arena::{Arena, Field};
 use oneiro::differential::{Build, Differential, Feature, Sensor};
 use oneiro::parameter::Invalid;
-use oneiro::world::{Gene, World};
+use oneiro::world::{Gene, Start, World};
 use oneiro_base::console::counted;
 use oneiro_base::exit::Result;
 use oneiro_evolve::settings::{self as optimiser, Surroundings};
@@ -201,7 +201,47 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
         let sensors = counted(blind, "light sensor reads", "light sensors read");
         doubts.push(("arena.lights".into(), format!("is empty: the robot's {sensors} 0")));
     }
+    doubts.extend(unread_floor(world).map(|key| {
+        (
+            key,
+            "has no effect: no sensor, task or other part reads the floor".to_owned(),
+        )
+    }));
+    if let Start::Poses(poses) = &spec.start {
+        let (all, each) = (poses.0.len(), world.robots() as usize);
+        let taken = each * settings.trials as usize;
+        if taken < all {
+            let problem = format!(
+                "has {all} poses, of which the {} of a genome take the first {taken}",
+                counted(settings.trials, "episode", "episodes")
+            );
+            doubts.push(("start.poses".to_owned(), problem));
+        }
+    }
     doubts
+}
+
+/// The first key of a floor that nothing reads.
+fn unread_floor(world: &World) -> Option<String> {
+    let spec = world.spec();
+    let own = spec.robot.build.described()?;
+    let is_read = spec
+        .robot
+        .described_sensors()
+        .iter()
+        .any(|sensor| sensor.kind.entry().has(Feature::ReadsFloor))
+        || own.model.is_some()
+        || !spec.own.is_empty()
+        || spec.arena.patches.iter().any(|patch| patch.charges == Some(true))
+        || matches!(spec.start, Start::Zone(_));
+    let arena = &spec.arena;
+    let keys = [
+        ("arena.picture", arena.picture.is_some()),
+        ("arena.patches", !arena.patches.is_empty()),
+        ("arena.floor", arena.floor.is_some()),
+    ];
+    let key = keys.into_iter().find(|(_, is_given)| *is_given && !is_read);
+    key.map(|(key, _)| key.to_owned())
 }
 
 /// Objects that no robot notices, and starts outside of the arena.

@@ -142,7 +142,7 @@ impl Start<'_> {
             set("arena.lights", format!("[{{ x_mm = {at}, y_mm = {at} }}]"), &words);
         }
         if self.ready().is_some_and(Ready::has_pucks) {
-            set("pucks.count", "20".to_owned(), "discs that the robots push and carry");
+            set("pucks.count", "10".to_owned(), "discs that the robots push and carry");
             set("pucks.radius_mm", "40.0".to_owned(), "their radius");
             set(
                 "pucks.grip_mm",

@@ -39,6 +39,8 @@ pub fn read(path: &Path, layout: &GeneLayout, say: impl FnMut(String)) -> Result
 /// # Errors
 /// As [`read`].
 pub(crate) fn parse(path: &Path, bytes: &[u8], layout: &GeneLayout, mut say: impl FnMut(String)) -> Result<Population> {
+    // A mark of the order of bytes, with which some editors begin texts.
+    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let extension = path
         .extension()
         .and_then(|extension| extension.to_str())

@@ -1,8 +1,9 @@
 //! ARGoS: the file that a simulation is started with.
 
+use oneiro::differential::GREATEST_SEEN_MEMBERS;
 use oneiro_base::exit::Result;
 
-use super::draft::{Draft, GREATEST_COUNT, Outline, Start, Thing, turned};
+use super::draft::{Draft, GREATEST_COUNT, Outline, Start, Thing, number, turned};
 use super::outline::{self, Slab};
 use super::xml::{Element, Unread, Xml};
 
@@ -88,6 +89,8 @@ struct Robots<'a> {
     count: usize,
     /// Where each starts, if the file says so.
     starts: Vec<Start>,
+    /// The line and the corners of the rectangle in which they start.
+    zone: Option<(usize, [[f64; 2]; 2])>,
     /// What controls them.
     controller: Option<&'a str>,
     what: String,
@@ -97,6 +100,8 @@ struct Robots<'a> {
 enum Placing {
     At([f64; 2]),
     Grid(Vec<[f64; 2]>),
+    /// In the rectangle between these corners.
+    Uniform([[f64; 2]; 2]),
     Random,
 }
 
@@ -462,7 +467,7 @@ fn read_arena<'a>(
     {
         draft.set(
             ("arena", "wall_height_mm"),
-            super::draft::number(*height),
+            number(*height),
             *line,
             "<box size>, its height",
         );
@@ -551,7 +556,10 @@ fn room(count: usize, read: Element<'_>, draft: &Draft) -> Result {
 /// Notes that a thing doesn't move.
 fn still(read: Element<'_>, draft: &mut Draft) {
     if read.word("movable") == Some("true") {
-        let why = "things don't move in Oneiro; it stands there";
+        let why = match read.tag() {
+            "cylinder" => "it stands there; a swarm's pucks move: docs/pucks.md",
+            _ => "it stands there; of things only pucks, which are round, move: docs/pucks.md",
+        };
         draft.leave_out(read.line(), format!("<{} movable>", read.tag()), why);
     }
 }
@@ -602,6 +610,7 @@ fn robot<'a>(unread: Unread<'a>, draft: &mut Draft) -> Result<Robots<'a>> {
         tag: read.tag(),
         count: 1,
         starts: pose.map(start).into_iter().collect(),
+        zone: None,
         controller: controller.or_else(|| read.word("controller")),
         what: read.what(),
     })
@@ -653,13 +662,14 @@ fn placing(read: Element<'_>, draft: &mut Draft) -> Result<Placing> {
             }
             Ok(Placing::Grid(places))
         }
+        Some("uniform") => {
+            let corners = [position.needed::<2>("min")?, position.needed::<2>("max")?];
+            Ok(Placing::Uniform(
+                corners.map(|corner| corner.map(|value| METRE * value)),
+            ))
+        }
         method => {
-            let why = match method {
-                Some("uniform") => {
-                    "Oneiro draws places in the arena; arena.start_radius_mm or start.kind = \"zone\" narrows it"
-                }
-                _ => "Oneiro draws places uniformly",
-            };
+            let why = "Oneiro draws places uniformly";
             draft.leave_out(
                 position.line(),
                 format!("<position method=\"{}\">", method.unwrap_or_default()),
@@ -736,7 +746,9 @@ fn distribute<'a>(
             } else if is_robot(unread) {
                 let mut robot = robot(unread, draft)?;
                 robot.count = count;
-                if places.len() < count && !matches!(placing, Placing::Random) {
+                if let (Placing::Uniform(corners), Some(position)) = (&placing, read.child("position")) {
+                    robot.zone = Some((position.line(), *corners));
+                } else if places.len() < count && !matches!(placing, Placing::Random) {
                     let why = format!("there are {count} for fewer places; they are random");
                     draft.leave_out(robot.line, "the robots' starts", why);
                 }
@@ -840,7 +852,7 @@ fn place_robots(
     draft.set(("robot", "preset"), preset, line, what);
     if has_model {
         for (key, value, line, what) in &controllers.model {
-            draft.set(("robot", key), super::draft::number(*value), *line, &**what);
+            draft.set(("robot", key), number(*value), *line, &**what);
         }
     }
     if matches!(kind, Kind::StateMachine | Kind::BehaviourTree) {
@@ -860,12 +872,18 @@ fn place_robots(
         draft.start_at(starts, false);
         return has_model;
     }
-    let kept = count.min(GREATEST_COUNT);
+    let most = if has_model {
+        GREATEST_SEEN_MEMBERS as usize
+    } else {
+        GREATEST_COUNT
+    };
+    let kept = count.min(most);
     if kept < count {
-        let why = format!("there are {count}; allowed: 1 to {GREATEST_COUNT}, so {GREATEST_COUNT} are here");
+        let why = format!("there are {count}; allowed: 1 to {most}, so {most} are here");
         draft.leave_out(line, "robots", why);
     }
     draft.set(("robot", "count"), kept.to_string(), line, "their number");
+    let is_zone = start_zone(&taken, drawn.is_some(), outline, draft);
     let starts: Vec<Start> = taken
         .iter()
         .flat_map(|own| own.starts.iter().copied())
@@ -896,7 +914,7 @@ fn place_robots(
             let is_middle = centre.iter().all(|value| value.abs() < 5.0);
             if is_middle && (1.0..=100_000.0).contains(&radius) {
                 let what = "<params dist_radius>: robots start in this disc";
-                draft.set(("arena", "start_radius_mm"), super::draft::number(radius), line, what);
+                draft.set(("arena", "start_radius_mm"), number(radius), line, what);
             } else {
                 let why = "it is a disc around (0, 0), which is not the arena's middle; robots start anywhere";
                 draft.leave_out(line, "<params dist_radius>", why);
@@ -911,7 +929,7 @@ fn place_robots(
             }
             draft.start_at(starts, true);
         }
-        _ => {
+        _ if !is_zone => {
             for start in starts {
                 draft.leave_out(
                     start.line,
@@ -920,6 +938,31 @@ fn place_robots(
                 );
             }
         }
+        _ => {}
     }
     has_model
+}
+
+/// Robots that all start in one rectangle start in that zone. Returns whether they do.
+fn start_zone(robots: &[&Robots<'_>], is_moved: bool, outline: &Outline, draft: &mut Draft) -> bool {
+    let zones: Vec<_> = robots.iter().map(|own| own.zone).collect();
+    let first = zones.first().copied().flatten();
+    let is_one = first.is_some_and(|(_, corners)| zones.iter().all(|zone| zone.is_some_and(|(_, own)| own == corners)));
+    if let (Some((line, [low, high])), true, false) = (first, is_one, is_moved) {
+        let within = |corner: [f64; 2]| outline::contains(outline, corner, 0.0);
+        let sides = [0, 1].map(|axis| high[axis] - low[axis]);
+        if sides.iter().all(|side| *side >= 1.0) && within(low) && within(high) {
+            draft.start_within(line, [low, high]);
+            return true;
+        }
+    }
+    for (line, _) in zones.into_iter().flatten() {
+        let why = if is_one {
+            "the rectangle is not within the arena; robots start anywhere"
+        } else {
+            "robots start in one zone, start.kind = \"zone\"; here they start anywhere"
+        };
+        draft.leave_out(line, "<position method=\"uniform\">", why);
+    }
+    false
 }

@@ -5,12 +5,15 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use oneiro::arena::{GREATEST_OBJECTS, GREATEST_SEEN};
+use oneiro::differential::GREATEST_MEMBERS;
 use oneiro_base::console::shown;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 
 /// Maximum of robots in a swarm.
-pub(super) const GREATEST_COUNT: usize = 128;
+pub(super) const GREATEST_COUNT: usize = GREATEST_MEMBERS as usize;
+/// What is said of a rectangle in which robots start.
+const ZONE: &str = "the rectangle in which the robots start";
 /// Places that an experiment may name, mm.
 const PLACES: RangeInclusive<f64> = -100_000.0..=100_000.0;
 /// Sides of an arena, a block or a patch, mm.
@@ -253,6 +256,8 @@ pub(super) struct Draft {
     pub(super) classes: Option<[&'static str; 2]>,
     /// One robot's start, or those of all robots of a swarm.
     starts: Vec<Start>,
+    /// The line, and the corners of the rectangle in which all start.
+    zone: Option<(usize, [[f64; 2]; 2])>,
     is_swarm: bool,
     left_out: Vec<Note>,
 }
@@ -268,6 +273,7 @@ impl Draft {
             things: Vec::new(),
             classes: None,
             starts: Vec::new(),
+            zone: None,
             is_swarm: false,
             left_out: Vec::new(),
         }
@@ -377,14 +383,20 @@ impl Draft {
         self.is_swarm = is_swarm;
     }
 
+    /// Lets all robots start in the rectangle between these corners.
+    pub(super) fn start_within(&mut self, line: usize, corners: [[f64; 2]; 2]) {
+        self.zone = Some((line, corners));
+    }
+
     /// Removes the starts that an experiment is refused for. Returns whether there were any.
     pub(super) fn forget_starts(&mut self, problem: &str) -> bool {
         let count = self.entries.len();
         let is_radius = |entry: &Entry| entry.key == "start_radius_mm";
         let radius = self.entries.iter().find(|entry| is_radius(entry));
         let radius = radius.map(|entry| (entry.line.unwrap_or(1), entry.what.clone()));
+        let zone = self.zone.take().map(|(line, _)| (line, ZONE.to_owned()));
         let why = format!("starts are random, since Oneiro refuses these: {problem}");
-        if let Some((line, what)) = radius {
+        for (line, what) in radius.into_iter().chain(zone) {
             self.leave_out(line, what, why.clone());
         }
         self.entries.retain(|entry| !is_radius(entry));
@@ -542,6 +554,14 @@ impl Draft {
             });
             let poses: Vec<String> = poses.collect();
             let _ = writeln!(text, "poses = [{}]", poses.join(", "));
+        } else if let Some((line, [low, high])) = self.zone {
+            let [[x, y], sides] = [
+                place([0, 1].map(|axis| 0.5 * (low[axis] + high[axis]))),
+                [0, 1].map(|axis| high[axis] - low[axis]),
+            ];
+            let _ = writeln!(text, "\n# {}:{line}: {ZONE}\n[start]\nkind = \"zone\"", in_line(file));
+            let zone = [("x_mm", number(x)), ("y_mm", number(y)), ("sides_mm", pair(sides))];
+            values(&mut text, &zone);
         } else if !self.is_swarm
             && let [start] = self.starts[..]
         {
@@ -588,6 +608,7 @@ impl Draft {
                 .iter()
                 .map(|start| Note::new(start.line, "the robot's start", "start")),
         );
+        all.extend(self.zone.map(|(line, _)| Note::new(line, ZONE, "start")));
         all.sort_by_key(|note| note.line);
         all
     }

@@ -1,7 +1,8 @@
 //! Mazes of Kheperax: Python files with `Segment(Pos(x, y), Pos(x, y))`. Numbers, names of numbers and of lists, sums and products are
-//! understood, and `for` over a list; the rest is reported.
+//! understood, and `for` over a list; the rest is reported. The walls of a list, of a dictionary's key, of a keyword or of a function are a maze
+//! with its name, unless the file names them in another one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use oneiro_base::exit::{Failure, Result};
 
@@ -15,6 +16,8 @@ const SIDE: f64 = 1000.0;
 struct Token<'a> {
     line: usize,
     word: &'a str,
+    /// The number of characters before it on its line if these are blanks.
+    indent: Option<usize>,
 }
 
 /// What a name stands for.
@@ -58,10 +61,16 @@ pub(super) fn read(name: &str, text: &str, wanted: Option<&str>) -> Result<Draft
                 mazes.len()
             )));
         }
-        (Some(wanted), _) => mazes
-            .iter()
-            .find(|maze| maze.name == wanted)
-            .ok_or_else(|| Failure::input(format_args!("--maze {wanted}: is no maze of {name}; allowed: {names}")))?,
+        (Some(wanted), _) => mazes.iter().find(|maze| maze.name == wanted).ok_or_else(|| {
+            let allowed = if names.is_empty() {
+                "none, since its only one has no name"
+            } else {
+                &names
+            };
+            Failure::input(format_args!(
+                "--maze {wanted}: is no maze of {name}; allowed: {allowed}"
+            ))
+        })?,
     };
     if maze.segments.is_empty() {
         let (line, what, why) = &maze.left_out[0];
@@ -112,6 +121,7 @@ pub(super) fn read(name: &str, text: &str, wanted: Option<&str>) -> Result<Draft
 fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut tokens = Vec::new();
     let (mut at, mut line) = (0, 1);
+    let mut indent = Some(0);
     let bytes = text.as_bytes();
     while at < bytes.len() {
         let rest = &text[at..];
@@ -125,7 +135,7 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
             rest[quotes.len()..]
                 .find(quotes)
                 .map_or(rest.len(), |end| end + 2 * quotes.len())
-        } else if first.is_ascii_digit() || first == '.' {
+        } else if first.is_ascii_digit() || first == '.' && bytes.get(at + 1).is_some_and(u8::is_ascii_digit) {
             let mut before = ' ';
             let end = rest.find(|c: char| {
                 let is_sign = (c == '+' || c == '-') && (before == 'e' || before == 'E');
@@ -140,8 +150,13 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
             first.len_utf8()
         };
         let word = &rest[..length];
-        if !first.is_whitespace() && first != '#' {
-            tokens.push(Token { line, word });
+        if first == '\n' {
+            indent = Some(0);
+        } else if first.is_whitespace() {
+            indent = indent.map(|indent| indent + 1);
+        } else if first != '#' {
+            let indent = indent.take();
+            tokens.push(Token { line, word, indent });
         }
         line += word.matches('\n').count();
         at += length;
@@ -329,6 +344,98 @@ impl<'a> Reader<'_, 'a> {
     }
 }
 
+/// Where in the file the walls that are being read stand.
+#[derive(Default)]
+struct Around<'a> {
+    /// For each open bracket its line, and the name that it has: of a list, a dictionary's key, a keyword or a maze.
+    brackets: Vec<(usize, Option<&'a str>)>,
+    /// The list that the statement is about.
+    target: Option<(usize, &'a str)>,
+    function: Option<(usize, &'a str)>,
+    /// The word that begins a statement on which it depends whether others are run.
+    condition: Option<&'a str>,
+}
+
+impl<'a> Around<'a> {
+    /// The maze's line and name; none if nothing names it.
+    fn maze(&self) -> (usize, &'a str) {
+        // `segments=[..]` of a maze that has a name.
+        let is_name = |name: &str| {
+            let name = name.to_lowercase();
+            !(name.contains("segment") || name.contains("wall"))
+        };
+        let brackets = self.brackets.iter().rev();
+        let bracket = brackets
+            .filter_map(|(line, name)| Some((*line, (*name)?)))
+            .find(|(_, name)| is_name(name));
+        bracket
+            .or(self.target.filter(|(_, name)| is_name(name)))
+            .or(self.function)
+            .or(self.target)
+            .unwrap_or((1, ""))
+    }
+
+    /// Begins a statement.
+    fn statement(&mut self, reader: &Reader<'_, 'a>, indent: usize) {
+        let token = reader.tokens[reader.at];
+        self.target = None;
+        if indent == 0 {
+            self.function = None;
+            if !["elif", "else", "except", "finally"].contains(&token.word) {
+                self.condition = None;
+            }
+        }
+        match token.word {
+            "def" => self.function = Some((token.line, reader.word(1))),
+            "if" | "elif" | "else" | "while" | "try" | "except" => self.condition = Some(token.word),
+            word if is_identifier(word) => {
+                // `NAME =`, `NAME +=`, `NAME.append(`
+                let is_set = reader.word(1) == "=" || reader.word(1) == "+" && reader.word(2) == "=";
+                let is_added = reader.word(1) == "." && ["append", "extend"].contains(&reader.word(2));
+                // `MAZES["name"] =`
+                let key = quoted(reader.word(2)).filter(|_| reader.word(1) == "[" && reader.word(4) == "=");
+                self.target = key
+                    .or((is_set || is_added).then_some(word))
+                    .map(|name| (token.line, name));
+            }
+            _ => {}
+        }
+    }
+
+    /// Opens a bracket.
+    fn open(&mut self, reader: &Reader<'_, 'a>) {
+        let before = |back: usize| reader.at.checked_sub(back).map_or("", |at| reader.tokens[at].word);
+        let name = match (before(2), before(1)) {
+            (key, ":") => quoted(key),
+            (word, "=") if is_identifier(word) => Some(word),
+            (_, callee) if callee.starts_with("register") && reader.word(0) == "(" => {
+                let named = usize::from(reader.word(1) == "name" && reader.word(2) == "=") * 2;
+                let word = reader.word(1 + named);
+                Some(quoted(word).unwrap_or(word))
+            }
+            _ => None,
+        };
+        self.brackets.push((reader.tokens[reader.at].line, name));
+    }
+}
+
+fn is_identifier(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_alphabetic() || c == '_')
+}
+
+/// The maze with a name, which is a new one if there is none yet.
+fn named<'m>(mazes: &'m mut Vec<Maze>, (line, name): (usize, &str)) -> &'m mut Maze {
+    let at = mazes.iter().position(|maze| maze.name == name).unwrap_or_else(|| {
+        mazes.push(Maze {
+            name: name.to_owned(),
+            line,
+            ..Maze::default()
+        });
+        mazes.len() - 1
+    });
+    &mut mazes[at]
+}
+
 fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
     /// Most walls of a file.
     const MOST: usize = 10_000;
@@ -338,46 +445,49 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
         values: BTreeMap::new(),
         room: MOST,
     };
-    let mut mazes = vec![Maze {
-        line: 1,
-        ..Maze::default()
-    }];
+    let mut around = Around::default();
+    let mut mazes: Vec<Maze> = Vec::new();
+    // Lists and functions, which others may name; and those that others have named.
+    let (mut variables, mut used) = (BTreeSet::new(), BTreeSet::new());
     while let Some(token) = tokens.get(reader.at) {
         let begin = reader.at;
-        let maze = mazes.last_mut().expect("the first one stays");
+        if let (Some(indent), true) = (token.indent, around.brackets.is_empty()) {
+            around.statement(&reader, indent);
+            variables.extend(around.function.map(|(_, name)| name));
+            variables.extend(around.target.map(|(_, name)| name));
+        }
         let is_call = reader.word(1) == "(";
+        let is_set = reader.word(1) == "=" && reader.word(2) != "=";
         match token.word {
             // Where the class is defined or imported it is no wall.
-            "class" | "def" | "import" => reader.at += 2,
-            "register_target_maze" if is_call => {
-                let named = usize::from(reader.word(2) == "name" && reader.word(3) == "=") * 2;
-                if let Some(name) = quoted(reader.word(2 + named)) {
-                    mazes.push(Maze {
-                        name: name.to_owned(),
-                        line: token.line,
-                        ..Maze::default()
-                    });
+            "class" | "def" | "import" => {
+                // Parameters are no numbers that are known.
+                let end = reader.closed(begin + 2);
+                for word in tokens[begin..end.min(tokens.len())].iter().map(|token| token.word) {
+                    reader.values.remove(word);
                 }
                 reader.at += 2;
             }
-            // KHEPERAX_MAZES["name"] = {
-            _ if reader.word(1) == "[" && reader.word(3) == "]" && reader.word(4) == "=" && reader.word(5) != "=" => {
-                if let Some(name) = quoted(reader.word(2)) {
-                    mazes.push(Maze {
-                        name: name.to_owned(),
-                        line: token.line,
-                        ..Maze::default()
-                    });
-                }
-                reader.at += 5;
+            "for" => {
+                reader.values.remove(reader.word(1));
+                reader.at += 1;
             }
             "Segment" if is_call => {
                 let found = reader.segments();
-                if let Some(found) = found {
+                let maze = named(&mut mazes, around.maze());
+                let mut leave_out = |why: &str| maze.left_out.push((token.line, "Segment", why.to_owned()));
+                if found.is_some() && reader.word(0) == "." {
+                    leave_out("what is done with it after `.` is not understood");
+                } else if let Some(found) = found {
+                    if let Some(word) = around.condition {
+                        let why = format!("whether it is there, by `{word}`, is not understood; it is here");
+                        maze.left_out.push((token.line, "Segment's condition", why));
+                    }
                     maze.segments.extend(found.into_iter().map(|ends| (token.line, ends)));
                 } else {
-                    let why = "its numbers are not understood; allowed: numbers, names of numbers, + - * /, `for` over a list";
-                    maze.left_out.push((token.line, "Segment", why.to_owned()));
+                    leave_out(
+                        "its numbers are not understood; allowed: numbers, names of numbers, + - * /, `for` over a list",
+                    );
                     reader.at = reader.closed(begin + 1);
                 }
             }
@@ -397,11 +507,20 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
                     format!(", here {} mm", values.join(", "))
                 });
                 let why = format!("the task has the target{shown}: docs/classics/kheperax.md");
-                if !maze.segments.is_empty() {
+                let (_, name) = around.maze();
+                if let Some(maze) = mazes.iter_mut().find(|maze| maze.name == name) {
                     maze.left_out.push((token.line, what, why));
                 }
             }
-            word if word.starts_with(|c: char| c.is_alphabetic() || c == '_') && reader.word(1) == "=" => {
+            "(" | "[" | "{" => {
+                around.open(&reader);
+                reader.at += 1;
+            }
+            ")" | "]" | "}" => {
+                around.brackets.pop();
+                reader.at += 1;
+            }
+            word if is_identifier(word) && is_set && around.brackets.is_empty() => {
                 reader.at += 2;
                 let value = reader.at;
                 let found = reader.list().map(Value::List);
@@ -409,16 +528,39 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
                     reader.at = value;
                     reader.number(0).map(Value::Number)
                 });
-                match found {
+                // A number is the whole value, whatever the file decides.
+                let is_whole = tokens.get(reader.at).is_none_or(|next| next.indent.is_some());
+                match found.filter(|_| is_whole && around.condition.is_none()) {
                     Some(found) => _ = reader.values.insert(word, found),
-                    None => reader.at = value,
+                    None => {
+                        reader.values.remove(word);
+                        reader.at = value;
+                    }
                 }
+            }
+            // The walls of another list.
+            word if variables.contains(word) && !is_set && around.maze().1 != word => {
+                let other = mazes.iter().find(|maze| maze.name == word);
+                if let Some((segments, left_out)) = other.map(|maze| (maze.segments.clone(), maze.left_out.clone())) {
+                    let maze = named(&mut mazes, around.maze());
+                    if let Some(room) = reader.room.checked_sub(segments.len()) {
+                        reader.room = room;
+                        maze.segments.extend(segments);
+                        maze.left_out.extend(left_out);
+                    } else {
+                        let why = format!("there are more than {MOST} walls");
+                        maze.left_out.push((token.line, "another maze's walls", why));
+                    }
+                    used.insert(word);
+                }
+                reader.at += 1;
             }
             _ => reader.at += 1,
         }
         // Each token is read once.
         reader.at = reader.at.max(begin + 1);
     }
+    mazes.retain(|maze| !used.contains(&*maze.name));
     mazes
 }
 

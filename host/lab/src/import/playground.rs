@@ -21,19 +21,16 @@ const REASONS: [(&str, &str); 24] = [
     ("wall@color", "Oneiro's things have no colour"),
     ("cylinder@color", "Oneiro's things have no colour"),
     ("world@color", "Oneiro's walls have no colour"),
-    (
-        "world@groundTexture",
-        "it is a picture; set arena.floor and arena.patches",
-    ),
+    ("world@groundTexture", "it is a picture: set arena.picture"),
     (
         "world@energyScoringSystemEnabled",
         "Oneiro's task is a custom part: docs/extend.md",
     ),
     ("wall@h", "arena.wall_height_mm is the height of all things"),
     ("cylinder@h", "arena.wall_height_mm is the height of all things"),
-    ("robot@port", ""),
-    ("robot@name", ""),
-    ("robot@nodeId", ""),
+    ("*@port", ""),
+    ("*@name", ""),
+    ("*@nodeId", ""),
     ("process", "Oneiro starts no other program"),
     ("area", "only doors use it"),
     ("door", "Oneiro has no doors"),
@@ -102,7 +99,11 @@ fn still(thing: Element<'_>, draft: &mut Draft) -> Result {
         && mass >= 0.0
     {
         let what = format!("<{} mass>", thing.tag());
-        draft.leave_out(thing.line(), what, "things don't move in Oneiro; it stands there");
+        let why = match thing.tag() {
+            "cylinder" => "it stands there; a swarm's pucks move: docs/pucks.md",
+            _ => "it stands there; of things only pucks, which are round, move: docs/pucks.md",
+        };
+        draft.leave_out(thing.line(), what, why);
     }
     Ok(())
 }
@@ -110,8 +111,12 @@ fn still(thing: Element<'_>, draft: &mut Draft) -> Result {
 fn robots(root: Element<'_>, draft: &mut Draft) -> Result {
     let mut taken: Option<&str> = None;
     let mut starts = Vec::new();
-    for robot in root.children("robot") {
-        let kind = robot.word("type").unwrap_or("thymio2");
+    // Older files have an element for each kind.
+    let kinds = ROBOTS.map(|(kind, _)| (kind, kind));
+    let robots = std::iter::once(("robot", "thymio2")).chain(kinds);
+    let robots = robots.flat_map(|(tag, kind)| root.children(tag).map(move |robot| (robot, kind)));
+    for (robot, kind) in robots {
+        let kind = robot.word("type").unwrap_or(kind);
         let start = Start {
             line: robot.line(),
             at: place(robot)?,

@@ -159,7 +159,7 @@ fn an_arena_of_argos_becomes_an_experiment() {
             "arena.argos:7: <meander_controller>: not taken: ",
             "arena.argos:15: <circle>: not taken: its colour is `red`; allowed: black, gray, white",
             "arena.argos:18: <floor>: not taken: ",
-            "arena.argos:23: <box movable>: not taken: things don't move in Oneiro; it stands there",
+            "arena.argos:23: <box movable>: not taken: it stands there; of things only pucks, which are round, move: docs/pucks.md",
             "arena.argos:24: <box id=\"beam\">: not taken: it is above the floor",
             "arena.argos:34: <foot-bot>: not taken: Oneiro has no such robot",
         ],
@@ -254,6 +254,12 @@ fn a_playground_becomes_an_experiment() {
             "headings in turns\n[start]\nkind = \"poses\"\nposes = [[250.0, 400.0, 0.25], [950.0, 600.0, 0.0]]",
         ],
     );
+    // Older files name robots by their kind.
+    let old = good(
+        "old.playground",
+        &PLAYGROUND.replace("<robot type=\"thymio2\"", "<e-puck"),
+    );
+    has(&old.text, &["preset = \"epuck\"", "kind = \"at\"\nx_mm = 250.0\n"]);
     // A start in a wall becomes a random one.
     let stuck = good("stuck.playground", &PLAYGROUND.replace("x=\"25\"", "x=\"60\""));
     assert!(!stuck.text.contains("[start]"));
@@ -333,6 +339,43 @@ fn distributed_robots_stand_where_argos_puts_them() {
         let not_taken = distributed(file, position, orientation, count).not_taken();
         assert!(not_taken.contains(said), "{file}: {not_taken}");
     }
+    // Rectangles.
+    let within = |min: &str, max: &str| format!("method=\"uniform\" min=\"{min},0\" max=\"{max},0\"");
+    let zone = distributed("zone.argos", &within("-0.6,-0.5", "0.2,0.9"), uniform, 5);
+    has(
+        &zone.text,
+        &["kind = \"zone\"\nx_mm = 800.0\ny_mm = 1200.0\nsides_mm = [800.0, 1400.0]\n"],
+    );
+    assert!(!zone.not_taken().contains("position"), "{}", zone.not_taken());
+    let outside = distributed("outside.argos", &within("-0.6,-0.5", "0.2,1.9"), uniform, 5);
+    assert!(
+        outside.not_taken().contains("not within the arena"),
+        "{}",
+        outside.not_taken()
+    );
+    assert!(!outside.text.contains("[start]"), "{}", outside.text);
+    let small = distributed("small.argos", &within("-0.1,-0.1", "0.1,0.1"), uniform, 5);
+    assert!(
+        small.not_taken().contains("is a zone half of which"),
+        "{}",
+        small.not_taken()
+    );
+    let group = |min: &str, max: &str| {
+        format!(
+            "<distribute><position {}/><orientation {uniform}/><entity quantity=\"2\"><e-puck id=\"{min}\"/></entity></distribute>",
+            within(min, max)
+        )
+    };
+    let two = [group("-0.9,-0.9", "-0.1,0.9"), group("0.1,-0.9", "0.9,0.9")].concat();
+    let two =
+        format!("<argos-configuration><arena size=\"2,2,1\" center=\"0,0,0.5\">{two}</arena></argos-configuration>");
+    let two = converted("two.argos", &two, None).unwrap();
+    assert!(
+        two.not_taken().contains("robots start in one zone"),
+        "{}",
+        two.not_taken()
+    );
+    assert!(!two.text.contains("[start]"), "{}", two.text);
 }
 
 #[test]
@@ -360,6 +403,54 @@ fn mazes_become_experiments() {
     );
     let other = converted("mazes.py", MAZES, Some("other")).unwrap_err().to_string();
     assert_eq!(other, "--maze other: is no maze of mazes.py; allowed: bends, empty");
+
+    // Mazes by the names of their lists, of keys, keywords and functions; none has another's walls.
+    const OTHERS: [&str; 5] = [
+        "one = [#1]\ntwo = [#2]\nregister_target_maze('first', segments=one, target_pos=(1, 1))\nregister_target_maze(name='second', segments=two)\n",
+        "ALL = {\n  'first': {'segments': [#1], 'target_pos': (0, 1)},\n  'second': {'segments': [#2]},\n}\n",
+        "ALL = dict(\n  first=[#1],\n  second=[#2])\n",
+        "def first():\n    return Maze(segments_list=[#1])\ndef second():\n    walls = []\n    walls.append(#2)\n    return walls\n",
+        "ALL['first'] = {'walls': [#1]}\nALL['second'] = {'walls': [#2]}\n",
+    ];
+    let [first, second] = [0.25, 0.5].map(|x| format!("Segment(Pos({x}, 0), Pos({x}, 1))"));
+    let walls = |made: &Imported| [250, 500].map(|x| made.text.contains(&format!("from_mm = [{x}.0, 0.0]")));
+    for text in OTHERS {
+        let text = text.replace("#1", &first).replace("#2", &second);
+        for (name, expected) in [("first", [true, false]), ("second", [false, true])] {
+            let made = converted("others.py", &text, Some(name)).unwrap_or_else(|refused| panic!("{text}{refused}"));
+            assert_eq!(walls(&made), expected, "{text}{}", made.text);
+        }
+        let refused = bad("others.py", &text);
+        assert!(
+            refused.ends_with("allowed: --maze with one of first, second"),
+            "{text}{refused}"
+        );
+    }
+    let border = format!("border = [{first}]\nmaze = border + [{second}]\n");
+    let made = good("border.py", &border);
+    assert_eq!(
+        (walls(&made), made.text.matches("[[arena.walls]]").count()),
+        ([true; 2], 6)
+    );
+    // What the file decides or does with walls is said.
+    let text = format!(
+        "x = 0.5\nif False:\n    x = 0.75\n    {first}\n{second}.rotate(90)\nSegment(Pos(x, 0), Pos(0.1, 1))\n"
+    );
+    let made = good("odd.py", &text);
+    assert_eq!(walls(&made), [true, false], "{}", made.text);
+    has(
+        &made.not_taken(),
+        &[
+            "odd.py:4: Segment's condition: not taken: whether it is there, by `if`",
+            "odd.py:5: Segment: not taken: what is done with it after `.`",
+            "odd.py:6: Segment: not taken: its numbers are not understood",
+        ],
+    );
+    let unknown = converted("odd.py", &text, Some("snake")).unwrap_err().to_string();
+    assert!(
+        unknown.ends_with("allowed: none, since its only one has no name"),
+        "{unknown}"
+    );
 
     let made = good("maze.txt", MAZE);
     assert_eq!(made.text.matches("[[arena.walls]]").count(), 5);

@@ -162,12 +162,15 @@ const RANGES: [Range; 17] = [
     },
 ];
 
-impl Range {
-    /// How the function begins.
-    fn head(&self) -> String {
-        format!("fn {}(", self.function)
-    }
+/// Divisions of signed integers, and how they are written. WGSL gives those by 0 a value, which hardly is meant.
+const QUOTIENTS: [(&str, &str); 2] = [("wgsl_divide_i32", "x / (0)"), ("wgsl_modulo_i32", "x % (0)")];
 
+/// How a function begins.
+fn head(function: &str) -> String {
+    format!("fn {function}(")
+}
+
+impl Range {
     /// Whether the argument is within, in WGSL.
     fn within(&self) -> String {
         let Self {
@@ -203,12 +206,15 @@ pub(super) fn checked(mut parts: Vec<Part>) -> Vec<Part> {
         .iter_mut()
         .filter(|part| [NUMERICS, ORDINARY].contains(&part.path.as_str()))
     {
-        for range in &RANGES {
-            let head = part.text.find(&range.head());
+        let ranges = RANGES
+            .iter()
+            .map(|range| (range.function, range.parameter, range.within()));
+        let quotients = QUOTIENTS.map(|(function, _)| (function, "b", "b != 0".to_owned()));
+        for (function, parameter, within) in ranges.chain(quotients) {
+            let head = part.text.find(&head(function));
             let Some(body) = head.and_then(|head| Some(head + part.text[head..].find('{')? + 1)) else {
                 continue;
             };
-            let (parameter, within) = (range.parameter, range.within());
             let check = format!(" let within = bitcast<u32>({parameter}) / select(0u, 1u, {within});");
             part.text.insert_str(body, &check);
         }
@@ -222,7 +228,11 @@ pub(super) fn breach(place: &Place, what: &str) -> Option<String> {
     let mut parts = PARTS.iter();
     let (_, text) = parts.find(|(path, _)| [NUMERICS, ORDINARY].contains(path) && *path == place.path)?;
     let line = text.lines().nth(place.line - 1)?;
-    let Range { call, words, .. } = RANGES.iter().find(|range| line.starts_with(&range.head()))?;
+    let is_of = |function: &str| line.starts_with(&head(function));
+    if let Some((_, call)) = QUOTIENTS.iter().find(|(function, _)| is_of(function)) {
+        return Some(format!("{call} is a division by 0"));
+    }
+    let Range { call, words, .. } = RANGES.iter().find(|range| is_of(range.function))?;
     let argument = f32::from_bits(bits);
     Some(format!("{call}{argument:?}f) is out of its range, which is {words}"))
 }

@@ -90,8 +90,9 @@ fn is_varied(owner: &Owner) -> bool {
 }
 
 /// Parts of foragers: what all have, and their controllers and their task.
-const FORAGER: [&str; 11] = [
+const FORAGER: [&str; 12] = [
     "lib/circle.wgsl",
+    "lib/circle_given.wgsl",
     "lib/circle_rays.wgsl",
     "lib/food.wgsl",
     "lib/food_eight.wgsl",
