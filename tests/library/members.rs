@@ -482,7 +482,7 @@ fn refusals_say_what_is_allowed() {
         single(|own| own.count = Some(1025)),
         "robot.count: is 1025; allowed: 1 to 1024"
     );
-    assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, but the arena has room"));
+    assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, but half of the arena has room"));
     assert!(single(|own| own.greatest_speed = Some(300.0)).starts_with(
         "robot.greatest_speed_mm_s: robots move up to \
                                                                         31."

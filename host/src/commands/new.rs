@@ -140,9 +140,9 @@ fn not_another_task(arguments: &New) -> Result {
     };
     let word = task.strip_suffix(".wgsl").unwrap_or(task);
     let problem = if Ready::named(word).is_some() && arguments.forager {
-        "is no task of foragers; allowed with --forager: another name, for a task of your own"
+        "is no task of foragers; allowed with --forager: another name, for a custom task"
     } else if WITHOUT_FILE.contains(&word) {
-        "has no file in WGSL; allowed: task.kind in an experiment, or another name for a task of your own"
+        "has no file in WGSL; allowed: task.kind in an experiment, or another name for a custom task"
     } else {
         return Ok(());
     };

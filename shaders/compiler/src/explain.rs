@@ -70,9 +70,7 @@ pub(crate) fn explained(module: &Module, error: &ValidationError, logic: Logic) 
         } => Some(format!("`{name}` has no field; write one, or leave the struct out")),
         ValidationError::Function { handle, name, source } => {
             if is_abstract(source) {
-                return Some(format!(
-                    "in `{name}`: none of the numbers that a function is given here has a type; write one as `0.5f`, or `1u`"
-                ));
+                return Some(format!("in `{name}`: {ABSTRACT}"));
             }
             let problem = Types::of(module, &module.functions[*handle], logic)?.explained(source)?;
             Some(format!("in `{name}`: {problem}"))
@@ -80,6 +78,10 @@ pub(crate) fn explained(module: &Module, error: &ValidationError, logic: Logic) 
         _ => None,
     }
 }
+
+/// What to write where naga finds no type for numbers without one.
+pub(crate) const ABSTRACT: &str =
+    "none of the numbers that a function is given here has a type; write one as `0.5f`, or `1u`";
 
 /// Whether the mistake is a constant without a type, such as `0.5`, where naga finds none for it.
 fn is_abstract(error: &FunctionError) -> bool {

@@ -1,6 +1,6 @@
 //! Plain words for the mistakes that naga finds while it parses, most of which are habits from other languages.
 
-use crate::explain::{alike, conversion};
+use crate::explain::{ABSTRACT, alike, conversion};
 use crate::words::{is_number, words};
 
 /// Naga's message for a mistake, its notes for the places that belong to it, and where the first of them is.
@@ -59,6 +59,9 @@ impl Mistake<'_> {
 
     /// Naga's message, without what it says twice.
     fn plain(&self) -> String {
+        if self.message == "failed to convert expression to a concrete type" {
+            return ABSTRACT.to_owned();
+        }
         const EMPTY: [&str; 2] = ["unknown identifier", "invalid accessor"];
         let is_new = |label: &&String| {
             let names = label.strip_prefix("definition of ").unwrap_or(label);

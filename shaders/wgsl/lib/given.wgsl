@@ -159,15 +159,14 @@ fn on_patch(episode: Episode, patch_number: u32, at: vec2<f32>) -> bool {
     let across = abs(away.y * found.along.x - away.x * found.along.y);
     let is_round = squared_length(away) < found.radius * found.radius;
     let is_within = (along <= found.half_sides.x) & (across <= found.half_sides.y) & (found.radius == 0.0f);
-    return (is_round | is_within) & (arena_patches(episode) > 0u);
+    return (is_round | is_within) & (patch_number < arena_patches(episode));
 }
 
 // Whether a place is on a patch of the floor other than this one.
 fn on_other_patch(episode: Episode, patch_number: u32, at: vec2<f32>) -> bool {
-    let number = min(patch_number, max(arena_patches(episode), 1u) - 1u);
     var is_on = false;
     for (var other = 0u; other < arena_patches(episode); other++) {
-        is_on = is_on | ((other != number) & on_patch(episode, other, at));
+        is_on = is_on | ((other != patch_number) & on_patch(episode, other, at));
     }
     return is_on;
 }
