@@ -863,6 +863,7 @@ fn place_robots(
         };
         draft.choose(("controller", "kind"), name, text);
     }
+    let is_zone = start_zone(&taken, drawn.is_some(), outline, draft);
     if count == 1 && !has_model {
         let starts = taken.first().map_or(Vec::new(), |own| own.starts.clone());
         for start in starts.iter().filter(|start| start.degrees.is_none()) {
@@ -883,7 +884,6 @@ fn place_robots(
         draft.leave_out(line, "robots", why);
     }
     draft.set(("robot", "count"), kept.to_string(), line, "their number");
-    let is_zone = start_zone(&taken, drawn.is_some(), outline, draft);
     let starts: Vec<Start> = taken
         .iter()
         .flat_map(|own| own.starts.iter().copied())

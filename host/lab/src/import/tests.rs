@@ -347,6 +347,8 @@ fn distributed_robots_stand_where_argos_puts_them() {
         &["kind = \"zone\"\nx_mm = 800.0\ny_mm = 1200.0\nsides_mm = [800.0, 1400.0]\n"],
     );
     assert!(!zone.not_taken().contains("position"), "{}", zone.not_taken());
+    let alone = distributed("alone.argos", &within("-0.6,-0.5", "0.2,0.9"), uniform, 1);
+    has(&alone.text, &["kind = \"zone\"\nx_mm = 800.0\n"]);
     let outside = distributed("outside.argos", &within("-0.6,-0.5", "0.2,1.9"), uniform, 5);
     assert!(
         outside.not_taken().contains("not within the arena"),
