@@ -56,7 +56,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     }
     own_parts(spec)?;
     if let Some(ready) = spec.task.ready() {
-        let values = spec.own.get(Kind::Task).map(|task| task.named_values());
+        let values = spec.own.get(Kind::Task).map(OwnPart::named_values);
         ready.check(&spec.arena, &spec.pucks, &values.unwrap_or_default())?;
         if ready.is_for_swarms() && physics.together().is_none() {
             let problem = format!("is `{}`; allowed: only in swarms, with robot.count", ready.word);

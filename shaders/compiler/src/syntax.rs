@@ -59,10 +59,10 @@ impl Mistake<'_> {
 
     /// Naga's message, without what it says twice.
     fn plain(&self) -> String {
+        const EMPTY: [&str; 2] = ["unknown identifier", "invalid accessor"];
         if self.message == "failed to convert expression to a concrete type" {
             return ABSTRACT.to_owned();
         }
-        const EMPTY: [&str; 2] = ["unknown identifier", "invalid accessor"];
         let is_new = |label: &&String| {
             let names = label.strip_prefix("definition of ").unwrap_or(label);
             !EMPTY.contains(&label.as_str()) && !self.message.contains(names)

@@ -530,12 +530,11 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
                 });
                 // A number is the whole value, whatever the file decides.
                 let is_whole = tokens.get(reader.at).is_none_or(|next| next.indent.is_some());
-                match found.filter(|_| is_whole && around.condition.is_none()) {
-                    Some(found) => _ = reader.values.insert(word, found),
-                    None => {
-                        reader.values.remove(word);
-                        reader.at = value;
-                    }
+                if let Some(found) = found.filter(|_| is_whole && around.condition.is_none()) {
+                    reader.values.insert(word, found);
+                } else {
+                    reader.values.remove(word);
+                    reader.at = value;
                 }
             }
             // The walls of another list.

@@ -380,6 +380,15 @@ fn distributed_robots_stand_where_argos_puts_them() {
     assert!(!two.text.contains("[start]"), "{}", two.text);
 }
 
+/// Mazes by the names of their lists, of keys, keywords and functions.
+const NAMED_MAZES: [&str; 5] = [
+    "one = [#1]\ntwo = [#2]\nregister_target_maze('first', segments=one, target_pos=(1, 1))\nregister_target_maze(name='second', segments=two)\n",
+    "ALL = {\n  'first': {'segments': [#1], 'target_pos': (0, 1)},\n  'second': {'segments': [#2]},\n}\n",
+    "ALL = dict(\n  first=[#1],\n  second=[#2])\n",
+    "def first():\n    return Maze(segments_list=[#1])\ndef second():\n    walls = []\n    walls.append(#2)\n    return walls\n",
+    "ALL['first'] = {'walls': [#1]}\nALL['second'] = {'walls': [#2]}\n",
+];
+
 #[test]
 fn mazes_become_experiments() {
     let made = converted("mazes.py", MAZES, Some("bends")).unwrap();
@@ -406,17 +415,10 @@ fn mazes_become_experiments() {
     let other = converted("mazes.py", MAZES, Some("other")).unwrap_err().to_string();
     assert_eq!(other, "--maze other: is no maze of mazes.py; allowed: bends, empty");
 
-    // Mazes by the names of their lists, of keys, keywords and functions; none has another's walls.
-    const OTHERS: [&str; 5] = [
-        "one = [#1]\ntwo = [#2]\nregister_target_maze('first', segments=one, target_pos=(1, 1))\nregister_target_maze(name='second', segments=two)\n",
-        "ALL = {\n  'first': {'segments': [#1], 'target_pos': (0, 1)},\n  'second': {'segments': [#2]},\n}\n",
-        "ALL = dict(\n  first=[#1],\n  second=[#2])\n",
-        "def first():\n    return Maze(segments_list=[#1])\ndef second():\n    walls = []\n    walls.append(#2)\n    return walls\n",
-        "ALL['first'] = {'walls': [#1]}\nALL['second'] = {'walls': [#2]}\n",
-    ];
+    // None has another's walls.
     let [first, second] = [0.25, 0.5].map(|x| format!("Segment(Pos({x}, 0), Pos({x}, 1))"));
     let walls = |made: &Imported| [250, 500].map(|x| made.text.contains(&format!("from_mm = [{x}.0, 0.0]")));
-    for text in OTHERS {
+    for text in NAMED_MAZES {
         let text = text.replace("#1", &first).replace("#2", &second);
         for (name, expected) in [("first", [true, false]), ("second", [false, true])] {
             let made = converted("others.py", &text, Some(name)).unwrap_or_else(|refused| panic!("{text}{refused}"));
