@@ -957,7 +957,9 @@ fn start_zone(robots: &[&Robots<'_>], is_moved: bool, outline: &Outline, draft: 
         }
     }
     for (line, _) in zones.into_iter().flatten() {
-        let why = if is_one {
+        let why = if is_moved {
+            "loop functions move the robots"
+        } else if is_one {
             "the rectangle is not within the arena; robots start anywhere"
         } else {
             "robots start in one zone, start.kind = \"zone\"; here they start anywhere"
