@@ -1,4 +1,4 @@
-// What parts that a user wrote may ask of an arena whose wall is a circle around the origin, in place of what `given.wgsl` has.
+// Functions for users' parts in an arena whose wall is a circle around the origin; they replace those of `given.wgsl`.
 
 // The gap between a robot's body and the wall if its centre is at a place; negative where they overlap, and at most `most`.
 fn clearance(episode: Episode, at: vec2<f32>, most: f32) -> f32 {

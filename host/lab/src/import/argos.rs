@@ -863,7 +863,7 @@ fn place_robots(
         };
         draft.choose(("controller", "kind"), name, text);
     }
-    let is_zone = start_zone(&taken, drawn.is_some(), outline, draft);
+    start_zone(&taken, drawn.is_some(), outline, draft);
     if count == 1 && !has_model {
         let starts = taken.first().map_or(Vec::new(), |own| own.starts.clone());
         for start in starts.iter().filter(|start| start.degrees.is_none()) {
@@ -929,7 +929,7 @@ fn place_robots(
             }
             draft.start_at(starts, true);
         }
-        _ if !is_zone => {
+        _ => {
             for start in starts {
                 draft.leave_out(
                     start.line,
@@ -938,13 +938,12 @@ fn place_robots(
                 );
             }
         }
-        _ => {}
     }
     has_model
 }
 
-/// Robots that all start in one rectangle start in that zone. Returns whether they do.
-fn start_zone(robots: &[&Robots<'_>], is_moved: bool, outline: &Outline, draft: &mut Draft) -> bool {
+/// Robots that all start in one rectangle start in that zone; other rectangles are noted.
+fn start_zone(robots: &[&Robots<'_>], is_moved: bool, outline: &Outline, draft: &mut Draft) {
     let zones: Vec<_> = robots.iter().map(|own| own.zone).collect();
     let first = zones.first().copied().flatten();
     let is_one = first.is_some_and(|(_, corners)| zones.iter().all(|zone| zone.is_some_and(|(_, own)| own == corners)));
@@ -952,8 +951,7 @@ fn start_zone(robots: &[&Robots<'_>], is_moved: bool, outline: &Outline, draft: 
         let within = |corner: [f64; 2]| outline::contains(outline, corner, 0.0);
         let sides = [0, 1].map(|axis| high[axis] - low[axis]);
         if sides.iter().all(|side| *side >= 1.0) && within(low) && within(high) {
-            draft.start_within(line, [low, high]);
-            return true;
+            return draft.start_within(line, [low, high]);
         }
     }
     for (line, _) in zones.into_iter().flatten() {
@@ -966,5 +964,4 @@ fn start_zone(robots: &[&Robots<'_>], is_moved: bool, outline: &Outline, draft: 
         };
         draft.leave_out(line, "<position method=\"uniform\">", why);
     }
-    false
 }

@@ -461,7 +461,7 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
         match token.word {
             // Where the class is defined or imported it is no wall.
             "class" | "def" | "import" => {
-                // Parameters are no numbers that are known.
+                // Parameters have no known numbers.
                 let end = reader.closed(begin + 2);
                 for word in tokens[begin..end.min(tokens.len())].iter().map(|token| token.word) {
                     reader.values.remove(word);
@@ -477,7 +477,7 @@ fn mazes(tokens: &[Token<'_>]) -> Vec<Maze> {
                 let maze = named(&mut mazes, around.maze());
                 let mut leave_out = |why: &str| maze.left_out.push((token.line, "Segment", why.to_owned()));
                 if found.is_some() && reader.word(0) == "." {
-                    leave_out("what is done with it after `.` is not understood");
+                    leave_out("its method after `.` is not understood");
                 } else if let Some(found) = found {
                     if let Some(word) = around.condition {
                         let why = format!("whether it is there, by `{word}`, is not understood; it is here");

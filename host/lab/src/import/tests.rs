@@ -436,7 +436,7 @@ fn mazes_become_experiments() {
         (walls(&made), made.text.matches("[[arena.walls]]").count()),
         ([true; 2], 6)
     );
-    // What the file decides or does with walls is said.
+    // Conditions and methods of walls are reported.
     let text = format!(
         "x = 0.5\nif False:\n    x = 0.75\n    {first}\n{second}.rotate(90)\nSegment(Pos(x, 0), Pos(0.1, 1))\n"
     );
@@ -446,7 +446,7 @@ fn mazes_become_experiments() {
         &made.not_taken(),
         &[
             "odd.py:4: Segment's condition: not taken: whether it is there, by `if`",
-            "odd.py:5: Segment: not taken: what is done with it after `.`",
+            "odd.py:5: Segment: not taken: its method after `.`",
             "odd.py:6: Segment: not taken: its numbers are not understood",
         ],
     );
