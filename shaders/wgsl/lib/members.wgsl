@@ -214,40 +214,36 @@ fn clusters_of(episode: Episode, begin: u32, bodies: u32, reach: f32) -> Cluster
     // of worlds then needs no more turns than the world that needs most.
     var found = Clusters(0u, 0u);
     var first = 0u;
-    var other = 0u;
+    // the next body to look at from `here`; after the last, none
+    var other = count;
+    var here = vec2<f32>(0.0f, 0.0f);
     var head = 0u;
     var tail = 0u;
     var size = 0u;
     for (var turn = 0u; turn < count * (count + 1u); turn++) {
-        if (head < tail) {
-            let from_member = member_at(episode, word(member_at(episode, begin + head), MEMBER_QUEUE));
-            let at = member_at(episode, begin + other);
-            let here = place_in(from_member, MEMBER_X);
-            let there = place_in(at, MEMBER_X);
-            let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
-            if ((word(at, MEMBER_MET) == 0u) & (squared < reach * reach)) {
-                put_word(at, MEMBER_MET, 1u);
-                put_word(member_at(episode, begin + tail), MEMBER_QUEUE, begin + other);
-                tail++;
-                size++;
-            }
-            other++;
-            head = select(head, head + 1u, other == count);
-            other = select(other, 0u, other == count);
-        } else {
-            if (first == count) {
-                break;
-            }
-            let at = member_at(episode, begin + first);
-            if (word(at, MEMBER_MET) == 0u) {
-                put_word(at, MEMBER_MET, 1u);
-                put_word(member_at(episode, begin + tail), MEMBER_QUEUE, begin + first);
-                tail++;
-                found.count++;
-                size = 1u;
-            }
-            first++;
+        if ((other == count) & (head < tail)) {
+            here = place_in(member_at(episode, word(member_at(episode, begin + head), MEMBER_QUEUE)), MEMBER_X);
+            head++;
+            other = 0u;
         }
+        let is_followed = other < count;
+        if (!is_followed & (first == count)) {
+            break;
+        }
+        let body = begin + select(first, other, is_followed);
+        let at = member_at(episode, body);
+        let there = place_in(at, MEMBER_X);
+        let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
+        let is_in = !is_followed | (squared < reach * reach);
+        if ((word(at, MEMBER_MET) == 0u) & is_in) {
+            put_word(at, MEMBER_MET, 1u);
+            put_word(member_at(episode, begin + tail), MEMBER_QUEUE, body);
+            tail++;
+            size = select(1u, size + 1u, is_followed);
+            found.count += select(1u, 0u, is_followed);
+        }
+        other += select(0u, 1u, is_followed);
+        first += select(1u, 0u, is_followed);
         found.largest = max(found.largest, size);
     }
     return found;

@@ -107,21 +107,22 @@ fn search_around(episode: Episode, at: vec2<f32>, reach: f32) -> Search {
     return Search(square_number(world, low), high.x - low.x, high.y - low.y + 1u, 0u, 0u, 0u, false, false);
 }
 
-// A turn of a search: it finds a body, goes on to the next row, or is over.
+// A turn of a search: it finds a body, unless its row has none or it is over.
 fn search_on(episode: Episode, before: Search) -> Search {
     var search = before;
     let lists = episode.world_words;
-    search.is_found = search.entry < search.end;
-    search.is_over = !search.is_found & (search.rows == 0u);
-    if (search.is_found) {
-        search.body = word(lists, WORLD_LISTED + min(search.entry, GREATEST_MEMBERS - 1u));
-        search.entry++;
-    } else if (!search.is_over) {
+    if ((search.entry == search.end) & (search.rows > 0u)) {
         let first = min(search.from_square, MOST_SQUARES - 1u);
         search.entry = word(lists, WORLD_SQUARES + first);
         search.end = word(lists, WORLD_SQUARES + min(first + search.columns + 1u, MOST_SQUARES));
         search.from_square = first + u32(squares_of(episode.world).columns);
         search.rows -= 1u;
+    }
+    search.is_found = search.entry < search.end;
+    search.is_over = !search.is_found & (search.rows == 0u);
+    if (search.is_found) {
+        search.body = word(lists, WORLD_LISTED + min(search.entry, GREATEST_MEMBERS - 1u));
+        search.entry++;
     }
     return search;
 }
@@ -157,8 +158,15 @@ fn push_others(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> b
             break;
         }
         if (search.is_found & (search.body != member)) {
-            if (overlaps_before(episode, of_robots, member, at, search.body)) {
-                give_way(episode, of_robots, search.body, member);
+            let another = member_at(episode, search.body);
+            let beside = place_in(another, MEMBER_BEFORE);
+            let away = vec2<f32>(beside.x - at.x, beside.y - at.y);
+            let squared = squared_length(away);
+            if (overlapped(episode, of_robots, squared, member, search.body)) {
+                let shares = shares_of_way(episode, of_robots, squared, min(member, search.body), max(member, search.body));
+                let share = select(shares.x, -shares.y, search.body > member);
+                let gone = place_in(another, MEMBER_GOAL);
+                put_place(another, MEMBER_GOAL, vec2<f32>(gone.x + share * away.x, gone.y + share * away.y));
                 pushed = true;
             }
         }

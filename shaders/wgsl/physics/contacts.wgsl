@@ -44,28 +44,18 @@ fn pushed_out(world: u32, body: u32, at: vec2<f32>) -> vec2<f32> {
     return place;
 }
 
-// Whether a body, which was at a place before the current push, overlapped with another by more than TOUCH. Bodies at one place to a
+// Whether two bodies whose centres were so far apart before the current push overlapped by more than TOUCH. Bodies at one place to a
 // thousandth of a millimetre don't: they have no direction to part in.
-fn overlaps_before(episode: Episode, of_robots: Apart, member: u32, at: vec2<f32>, other: u32) -> bool {
-    let beside = place_in(member_at(episode, other), MEMBER_BEFORE);
-    let squared = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y));
-    return (squared < apart_of(episode, of_robots, TOUCH, member, other).near_squared) & (squared > 0x1p-20f);
+fn overlapped(episode: Episode, of_robots: Apart, squared: f32, body: u32, other: u32) -> bool {
+    return (squared < apart_of(episode, of_robots, TOUCH, body, other).near_squared) & (squared > 0x1p-20f);
 }
 
-// A body gives way to another with which it overlapped, by its share.
-fn give_way(episode: Episode, of_robots: Apart, body: u32, other: u32) {
-    let first = min(body, other);
-    let second = max(body, other);
-    let at = place_in(member_at(episode, first), MEMBER_BEFORE);
-    let beside = place_in(member_at(episode, second), MEMBER_BEFORE);
-    let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
+// By what share of the way from the second to the first of two bodies that overlapped the first gives way, and the second.
+fn shares_of_way(episode: Episode, of_robots: Apart, squared: f32, first: u32, second: u32) -> vec2<f32> {
     let touching = apart_of(episode, of_robots, TOUCH, first, second).touching;
-    let overlap = touching * reciprocal_root(squared_length(away)) - 1.0f;
+    let overlap = touching * reciprocal_root(squared) - 1.0f;
     let part = share_of_first(episode.world, first, second);
-    let share = select((part - 1.0f) * overlap, part * overlap, body == first);
-    let words = member_at(episode, body);
-    let moved = place_in(words, MEMBER_GOAL);
-    put_place(words, MEMBER_GOAL, vec2<f32>(moved.x + share * away.x, moved.y + share * away.y));
+    return vec2<f32>(part * overlap, (part - 1.0f) * overlap);
 }
 
 // How far around itself a body looks for others, mm, of which lib/neighbours.wgsl makes something: here each looks at all.
@@ -77,15 +67,24 @@ fn reach_to_touching(episode: Episode) -> f32 {
 // rounding of sums depends. Returns whether any did.
 fn push_others(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bool {
     let count = body_count(episode.world);
-    let at = place_in(member_at(episode, member), MEMBER_BEFORE);
+    let member_words = member_at(episode, member);
+    let at = place_in(member_words, MEMBER_BEFORE);
+    var moved = place_in(member_words, MEMBER_GOAL);
     var pushed = false;
     for (var other = member + 1u; other < count; other++) {
-        if (overlaps_before(episode, of_robots, member, at, other)) {
-            give_way(episode, of_robots, member, other);
-            give_way(episode, of_robots, other, member);
+        let another = member_at(episode, other);
+        let beside = place_in(another, MEMBER_BEFORE);
+        let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
+        let squared = squared_length(away);
+        if (overlapped(episode, of_robots, squared, member, other)) {
+            let share = shares_of_way(episode, of_robots, squared, member, other);
+            moved = vec2<f32>(moved.x + share.x * away.x, moved.y + share.x * away.y);
+            let gone = place_in(another, MEMBER_GOAL);
+            put_place(another, MEMBER_GOAL, vec2<f32>(gone.x + share.y * away.x, gone.y + share.y * away.y));
             pushed = true;
         }
     }
+    put_place(member_words, MEMBER_GOAL, moved);
     return pushed;
 }
 
