@@ -641,6 +641,9 @@ pub(crate) struct Evaluate {
     /// The experiment's noise, or none (custom parts, foragers' proximity, messages keep it)
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
+    /// Evaluate with the values of the experiment's table [test]
+    #[arg(long)]
+    pub(crate) test: bool,
     /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
@@ -717,7 +720,7 @@ pub(crate) struct Ranked {
 #[command(next_help_heading = "Comparing genomes")]
 pub(crate) struct Played {
     /// Play the bests of two populations against each other (coevolution only); writes tournament.csv and pictures into the run
-    #[arg(long, conflicts_with_all = USUAL, conflicts_with_all = ["experiment", "set", "out", "best"])]
+    #[arg(long, conflicts_with_all = USUAL, conflicts_with_all = ["experiment", "test", "set", "out", "best"])]
     pub(crate) tournament: bool,
     /// Take every Nth generation only
     #[arg(long, value_name = "N", default_value_t = 1, requires = "tournament", value_parser = whole::<u32>(1..=u32::MAX.into()))]
@@ -812,6 +815,9 @@ pub(crate) struct Replay {
     /// Other starts and noise: those of `oneiro evaluate --seed N`
     #[arg(long, value_name = "N", value_parser = seed())]
     pub(crate) seed: Option<u64>,
+    /// An episode with the values of the experiment's table [test]
+    #[arg(long, conflicts_with_all = ["elites", "generations", "robot"])]
+    pub(crate) test: bool,
     /// Replay the best of this generation instead, from 0
     #[arg(long, value_name = "N", conflicts_with_all = ["elite", "elites", "genome"], value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) generation: Option<u32>,

@@ -306,12 +306,15 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
             _ => Ok(()),
         };
     };
+    for own in spec.own.iter() {
+        if let Some(end) = own.part().end() {
+            let problem = format!(
+                "has `{end}`, which ends only a single robot's episode; `mission_ends` ends a swarm's; {SINGLE}"
+            );
+            return Err(Invalid::new(format!("{}.part", own.part().kind().word()), problem));
+        }
+    }
     let refused = [
-        (
-            "task.part",
-            task.is_some_and(|part| part.functions().contains(&"task_ends")),
-            "has `task_ends`, which ends only a single robot's episode; `mission_ends` ends a swarm's",
-        ),
         ("start.kind", matches!(spec.start, Start::At { .. }), "is `at`"),
         ("noise.walk_range_mm", spec.noise.walk_range != 0.0, "is not 0"),
     ];

@@ -381,7 +381,8 @@ impl WorldKind for World {
             return task.is_some_and(|part| part.functions().contains(&"mission_ends"));
         }
         let battery = self.0.physics.described().and_then(|robot| robot.battery);
-        task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
+        let ends = self.0.spec.own.iter().any(|own| own.part().end().is_some());
+        ends || task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
     }
 
     fn variants(&self) -> Variants {

@@ -15,7 +15,7 @@ use oneiro::evaluator::{Control, Device, Error, Evaluator};
 use oneiro::foraging::Forager;
 use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
-use oneiro::world::{Controller, Noise, Task, World, WorldSpec};
+use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
 
 /// Equation 1 as the user would write it: what ships, under another name.
 const SAME: &str = "
@@ -267,6 +267,109 @@ fn a_task_has_values_a_state_an_end_and_a_score() {
     assert!(never.iter().zip(&fitness).filter(|(a, b)| a != b).count() >= ended as usize);
     let (heavier, _) = of(&[("last", 1.0)]);
     assert_ne!(heavier, fitness);
+}
+
+/// Any part may end an episode of a single robot, in each kind of simulator and on each device. Here each counts cycles.
+#[test]
+fn sensors_controllers_and_tasks_end_episodes_alike() {
+    const TASK: &str = "struct TaskState { n: u32 }
+        fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+            return Reward(now.outputs.x, TaskState(before.n + 1u));
+        }";
+    const SENSOR: &str = "struct SensorReadings { constant: f32 }
+        struct SensorState { n: u32 }
+        fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+            return Sensed(SensorReadings(0.5), SensorState(before.n + 1u));
+        }";
+    const CONTROLLER: &str = "const CONTROLLER_GENES: u32 = 2u * INPUTS;
+        struct ControllerState { n: u32 }
+        fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+            let left = logistic(weighed(episode, 0u, readings));
+            let right = logistic(weighed(episode, INPUTS, readings));
+            return Command(vec2<f32>(left, right), ControllerState(before.n + 1u));
+        }";
+    let kinds = [
+        (Kind::Task, TASK),
+        (Kind::Sensor, SENSOR),
+        (Kind::Controller, CONTROLLER),
+    ];
+    let parts_with_end = |ending: Option<Kind>| {
+        OwnParts::from(kinds.map(|(kind, text)| {
+            let (word, title) = (kind.word(), format!("{kind:?}"));
+            let end =
+                format!("fn {word}_ends(episode: Episode, memory: {title}State) -> bool {{ return memory.n >= 15u; }}");
+            let text = if ending == Some(kind) {
+                format!("{text}\n{end}")
+            } else {
+                text.to_owned()
+            };
+            own(kind, &text, &[])
+        }))
+    };
+    let described: fn(&mut WorldSpec) =
+        |spec| spec.robot.build = Build::Differential(Differential::new(60.0, 100.0).into());
+    let forager: fn(&mut WorldSpec) = |spec| {
+        *spec = WorldSpec {
+            own: spec.own.clone(),
+            controller: Controller::Own,
+            task: Task::Own,
+            ..WorldSpec::foraging(Forager::ODOWD2014)
+        }
+    };
+    let mut evaluators = evaluators();
+    for change in [|_: &mut WorldSpec| {}, described, surrogate, forager] {
+        let world = |ending| {
+            let mut spec = WorldSpec {
+                controller: Controller::Own,
+                task: Task::Own,
+                own: parts_with_end(ending),
+                ..WorldSpec::miglino1995()
+            };
+            change(&mut spec);
+            spec.cycles = 40;
+            World::new(spec).unwrap()
+        };
+        let mut found = |ending| {
+            let batch = batch(&world(ending), 100, Some(TraceRequest { every: 1 }));
+            let outcomes = evaluators.iter_mut().flatten().map(|evaluator| {
+                let found = evaluator.evaluate(&batch, &Control::new()).unwrap();
+                let lived = found.traces.iter().map(|trace| trace.len()).max().unwrap();
+                let bits: Vec<u32> = found.fitness.iter().map(|fitness| fitness.to_bits()).collect();
+                (lived, bits)
+            });
+            let outcomes: Vec<_> = outcomes.collect();
+            assert!(outcomes.iter().all(|own| *own == outcomes[0]), "{ending:?}");
+            outcomes[0].clone()
+        };
+        let by_task = found(Some(Kind::Task));
+        assert_eq!(by_task.0, 15);
+        assert!(found(Some(Kind::Sensor)) == by_task);
+        assert!(found(Some(Kind::Controller)) == by_task);
+        let whole = found(None);
+        assert!(whole.0 == 40 && whole.1 != by_task.1);
+    }
+    for kind in [Kind::Sensor, Kind::Controller] {
+        let mut robot = Differential::new(60.0, 100.0);
+        robot.count = Some(3);
+        let spec = WorldSpec {
+            controller: Controller::Own,
+            task: Task::Own,
+            own: parts_with_end(Some(kind)),
+            robot: Robot {
+                build: Build::Differential(robot.into()),
+                ..WorldSpec::miglino1995().robot
+            },
+            ..WorldSpec::miglino1995()
+        };
+        let refused = World::new(spec).unwrap_err();
+        let word = kind.word();
+        assert_eq!(refused.field, format!("{word}.part"));
+        assert!(
+            refused
+                .problem
+                .starts_with(&format!("has `{word}_ends`, which ends only a single robot's episode"))
+        );
+    }
 }
 
 /// A device that shows traces once all have been simulated, as a GPU does.

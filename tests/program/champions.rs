@@ -515,6 +515,152 @@ count = 8
     assert!(said.contains("; noise.sensor drawn for each world"), "{said}");
 }
 
+/// A robot among drawn obstacles.
+const DRAWN: &str = "cycles = 60
+trials = 2
+[robot]
+preset = \"epuck\"
+[arena]
+width_mm = 1000.0
+height_mm = 700.0
+obstacles = [{ x_mm = 400.0, y_mm = 350.0, radius_mm = 40.0 }]
+[start]
+kind = \"zone\"
+x_mm = 100.0
+y_mm = 100.0
+radius_mm = 40.0
+[worlds]
+count = 5
+[worlds.vary]
+\"arena.obstacles[].x_mm\" = [250.0, 400.0]
+\"noise.sensor\" = [[-0.05, 0.0], [0.0, 0.05]]
+[evolution]
+population = 4
+generations = 2
+finalists = 0
+";
+
+#[test]
+fn a_test_has_values_of_its_own() {
+    let place = Place::new("test");
+    let test =
+        "[test]\n\"worlds.vary\" = { \"arena.obstacles[].x_mm\" = [400.0, 750.0] }\n\"worlds.seed\" = 7\ncycles = 50\n";
+    place.write("plain.toml", DRAWN);
+    place.write("tested.toml", format!("{DRAWN}{test}"));
+    let run =
+        |file: &str, out: &str| place.good(&["run", file, "--seed", "3", "--out", out, "--quiet", "--set", "name=a"]);
+    run("plain.toml", "plain");
+    run("tested.toml", "tested");
+    // Values of tests are no part of the results.
+    let same = ["generations.csv", "champion.json", "worlds.csv"];
+    for file in same {
+        assert_eq!(
+            place.read(&format!("plain/{file}")),
+            place.read(&format!("tested/{file}"))
+        );
+    }
+    let bits = |arguments: &[&str]| {
+        let with = ["--seed", "2", "--trials", "9", "--measures"];
+        place.evaluate(&[arguments, &with].concat())
+    };
+    let tested = bits(&["--genomes", "tested", "--test"]);
+    let sets = [
+        "worlds.vary={\"arena.obstacles[].x_mm\"=[400.0, 750.0]}",
+        "worlds.seed=7",
+        "cycles=50",
+    ];
+    let set: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
+    assert_eq!(tested, bits(&[&["--genomes", "plain"][..], &set].concat()));
+    assert_ne!(tested, bits(&["--genomes", "tested"]));
+    // Settings override it.
+    let short = bits(&["--genomes", "tested", "--test", "--set", "cycles=20"]);
+    assert_eq!(
+        short,
+        bits(&[&["--genomes", "plain"][..], &set, &["--set", "cycles=20"]].concat())
+    );
+    // A sweep's own values don't.
+    place.write(
+        "sweep.toml",
+        "experiment = \"tested.toml\"\nseeds = [3]\n[grid]\ncycles = [60, 40]\n",
+    );
+    place.good(&["sweep", "run", "sweep.toml", "--out", "sweep", "--quiet"]);
+    let champions = bits(&["--genomes", "sweep", "--test"]);
+    assert_eq!(champions.len(), 18);
+    assert_eq!(champions[0]["bits"], tested[0]["bits"]);
+    let replayed = place.good(&["replay", "tested", "--test", "--seed", "2", "--trial", "1", "--json"]);
+    let replayed: Value = serde_json::from_str(&replayed).unwrap();
+    assert_eq!(replayed["trial_bits"], tested[1]["bits"]);
+    assert!(place.at("tested/replay-1-seed-2-test.html").exists());
+    for (arguments, words) in [
+        (
+            &["evaluate", "--genomes", "plain", "--test"][..],
+            "--test: the experiment has no table [test]",
+        ),
+        (
+            &["replay", "plain", "--test"],
+            "--test: the experiment has no table [test]",
+        ),
+    ] {
+        place.run(arguments).exits(3).says(&[words]);
+    }
+    for (test, words) in [
+        (
+            "name = \"b\"",
+            "tested.toml:23:1: test: has \"name\"; allowed: keys of arena, cycles",
+        ),
+        (
+            "\"evolution.population\" = 8",
+            "test: has \"evolution.population\"; allowed",
+        ),
+        ("\"noise.motr\" = 0.2", "tested.toml:24:16: test: noise.motr: "),
+        ("cycles = -1", "tested.toml:24:10: test: cycles: "),
+        ("cycles = 60", "test: changes nothing; allowed"),
+        ("\"robot.sensors\" = []", "test: "),
+    ] {
+        place.write("tested.toml", format!("{DRAWN}[test]\n{test}\n"));
+        place.run(&["check", "tested.toml"]).exits(3).says(&[words]);
+    }
+}
+
+/// What is drawn for the worlds of an episode is in a table beside its trace.
+#[test]
+fn drawn_numbers_are_written_beside_traces() {
+    let place = Place::new("drawn-numbers");
+    place.write("drawn.toml", DRAWN);
+    let trials = ["--trials", "6", "--seed", "2", "--traces", "traces"];
+    let rows = place.evaluate(&[&["drawn.toml", "--random", "2"], &trials[..]].concat());
+    let text = place.text("traces/worlds.csv");
+    let (head, worlds) = table(&text);
+    assert_eq!(
+        head,
+        ["world", "arena.obstacles[0].x_mm", "noise.sensor[0]", "noise.sensor[1]"]
+    );
+    assert_eq!(worlds.len(), 5);
+    for (number, world) in worlds.iter().enumerate() {
+        assert_eq!(world[0], number.to_string());
+        let ranges = [250.0..=400.0, -0.05..=0.0, 0.0..=0.05];
+        for (range, value) in ranges.iter().zip(&world[1..]) {
+            assert!(range.contains(&value.parse::<f32>().unwrap()), "{world:?}");
+        }
+    }
+    // An episode in a world that has these numbers, and nothing drawn, is the same.
+    let plain = DRAWN.split("[worlds]").next().unwrap();
+    place.write("plain.toml", plain);
+    let (trial, row) = (4, &rows[4]);
+    let own = &worlds[row["world"].as_u64().unwrap() as usize];
+    let x = format!("arena.obstacles=[{{x_mm={}, y_mm=350.0, radius_mm=40.0}}]", own[1]);
+    let noise = format!("noise.sensor=[{}, {}]", own[2], own[3]);
+    let set = ["--set", &x, "--set", &noise, "--seed", "2", "--trials", "6"];
+    let again = place.evaluate(&[&["plain.toml", "--random", "2"], &set[..]].concat());
+    assert_eq!(again[trial]["bits"], row["bits"]);
+    // Starts that vary have their number.
+    let poses = "cycles = 20\n[robot]\npreset = \"epuck\"\n[arena]\nwidth_mm = 500.0\nheight_mm = 500.0\n\
+                 [start]\nkind = \"poses\"\nposes = [[100.0, 100.0, 0.0], [300.0, 100.0, 0.5]]\n";
+    place.write("poses.toml", poses);
+    place.evaluate(&["poses.toml", "--random", "1", "--trials", "2", "--traces", "poses"]);
+    assert_eq!(place.text("poses/worlds.csv"), "world,poses\n0,0\n1,1\n");
+}
+
 #[test]
 fn noise_can_be_switched_off() {
     let place = Place::new("noise");

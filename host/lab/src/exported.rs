@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use oneiro::compose::Kind;
 use oneiro::cpu::Cpu;
 use oneiro::export::{Also, Controller, Form, Recorded, TARGETS, Target};
 use oneiro::parameter::Invalid;
@@ -178,6 +179,13 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     let mut controller = Controller::new(world, genome, number).map_err(|invalid| refused(&invalid))?;
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
     if let Some((also, label)) = also {
+        let own = world.spec().own.get(Kind::Controller);
+        if let Some(end) = own.and_then(|own| own.part().end()) {
+            let problem = format_args!(
+                "{label}: is given, and the controller of {from} has `{end}`, while a written world ends by itself; allowed: the controller alone"
+            );
+            return Err(Failure::input(problem));
+        }
         let refused =
             |invalid: Invalid| Failure::input(format_args!("{label}: the world of {from} {}", invalid.problem));
         controller = controller.with_world(also, key).map_err(refused)?;

@@ -178,6 +178,7 @@ impl Run {
             let recorded = self.0.finished()?;
             let engine = engine(backend, task)?;
             let replay = Replay {
+                test: false,
                 out,
                 trial,
                 every: 1,

@@ -10,6 +10,7 @@ use oneiro::world::{self, Start, World, WorldSpec};
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted, decimal};
 use oneiro_base::contents::{Column, Entry, README, describe};
+use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_base::files::directory::Filling;
@@ -20,6 +21,7 @@ use oneiro_evolve::appraisal::Appraisal;
 use oneiro_lab::device;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::lives::measures::{Descriptor, Measures, descriptors};
+use oneiro_lab::lives::worlds::{self as drawn, WorldTable};
 use oneiro_lab::lives::{Keys, LifeIndex, Lines, Lives, scores, starts};
 use oneiro_lab::record::SingleRun;
 use oneiro_lab::runs::single::trace::TraceTable;
@@ -162,7 +164,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         ));
     }
 
-    let is_trace = |name: &str| name == README || name.starts_with("trace-");
+    let is_trace = |name: &str| name == README || name == drawn::FILE || name.starts_with("trace-");
     let begin = |directory| Filling::begin("--traces", directory, is_trace);
     let traces = arguments.traces.as_deref().map(begin).transpose()?;
     let control = Control::new();
@@ -220,21 +222,33 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     if let Some((directory, traces)) = arguments.traces.as_deref().zip(traces) {
         let about = "an episode of a genome: one row per cycle";
         let entry = Entry::table("trace-GENOME-TRIAL.csv", about, TraceTable::new(&worlds[0]).columns());
-        describe(directory, "Traces of oneiro", &[entry])?;
+        let mut entries = vec![entry];
+        if let Some(table) = WorldTable::new(&worlds[0]) {
+            entries.push(drawn::entry(&table.columns()));
+            disk::note(&directory.join(drawn::FILE), table.csv().as_bytes())?;
+        }
+        describe(directory, "Traces of oneiro", &entries)?;
         traces.finish()?;
     }
     // A replay has the run's own experiment and noise, and its champion.
     let is_replayed = |run: &SingleRun| {
-        let is_own = |own: &Experiment| experiment.difference(own, false).is_none();
+        let is_own = |own: &Experiment| {
+            let own = if arguments.test { own.tested_in() } else { Ok(own) };
+            own.is_ok_and(|own| experiment.difference(own, false).is_none())
+        };
         arguments.noise == Noise::On && !arguments.population && run.experiment().is_ok_and(is_own)
     };
+    let test = if arguments.test { " --test" } else { "" };
     let start = match worlds[0].spec().start {
         Start::At { x, y, heading } if arguments.starts.is_some() => format!(" --start {x},{y},{heading}"),
         _ => String::new(),
     };
     let first = named.first().and_then(|own| match own {
         Named::Run(run) if !is_replayed(run) => None,
-        Named::Run(run) => Some(format!("oneiro replay {} --seed {seed}{start}", typed(run.directory()))),
+        Named::Run(run) => Some(format!(
+            "oneiro replay {}{test} --seed {seed}{start}",
+            typed(run.directory())
+        )),
         Named::Sweep(champions) => Some(format!("oneiro sweep report {}", typed(champions.path().parent()?))),
         Named::File(_) => None,
     });
@@ -264,7 +278,8 @@ fn retyped(arguments: &Evaluate) -> String {
         .unwrap_or_default();
     let genomes: Vec<String> = arguments.genomes.iter().map(|path| shell(path)).collect();
     format!(
-        "{experiment}--best{} --genomes {}",
+        "{experiment}--best{}{} --genomes {}",
+        if arguments.test { " --test" } else { "" },
         settings_typed(&arguments.set),
         genomes.join(" ")
     )
@@ -273,9 +288,13 @@ fn retyped(arguments: &Evaluate) -> String {
 /// The experiment of the command line, or the one that all runs and sweeps share, and the seed of the rollouts. `scores`: whether the
 /// combination of several rollouts must agree, too.
 fn experiment_and_seed(arguments: &Evaluate, named: &[Named], scores: bool) -> Result<(Experiment, u64)> {
+    let common = Common {
+        scores,
+        test: arguments.test,
+    };
     let experiment = match &arguments.experiment {
-        Some(path) => Experiment::read(path, &arguments.set)?,
-        None => Common { scores }.experiment(named, &arguments.set)?,
+        Some(path) => common.of(Experiment::read(path, &arguments.set)?)?,
+        None => common.experiment(named, &arguments.set)?,
     };
     // Runs have the seeds of their evolution.
     let sets_seed = || {

@@ -24,6 +24,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         every: arguments.every,
         start: arguments.start,
         seed: arguments.seed,
+        test: arguments.test,
         elite: arguments.elite,
         elites: arguments.elites,
         generation: arguments.generation,

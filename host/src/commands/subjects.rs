@@ -95,6 +95,8 @@ impl Named {
 pub(super) struct Common {
     /// Whether the combination of several lives must agree, too.
     pub(super) scores: bool,
+    /// Whether they have their values of tests.
+    pub(super) test: bool,
 }
 
 impl Common {
@@ -110,7 +112,7 @@ impl Common {
                 Named::File(_) => continue,
                 Named::Run(run) => (
                     run.directory().display().to_string(),
-                    Experiment::read(&run.config(), set)?,
+                    self.of(Experiment::read(&run.config(), set)?)?,
                 ),
                 Named::Sweep(champions) => self.of_sweep(champions, &typed)?,
             };
@@ -132,12 +134,25 @@ impl Common {
         }
     }
 
+    /// An experiment as these genomes are evaluated in it.
+    ///
+    /// # Errors
+    /// As [`Experiment::tested_in`].
+    pub(super) fn of(self, experiment: Experiment) -> Result<Experiment> {
+        if self.test {
+            experiment.tested_in().cloned()
+        } else {
+            Ok(experiment)
+        }
+    }
+
     /// The experiment that the cells of a sweep share, and the name of the first cell.
     fn of_sweep(self, champions: &Champions, set: &[Setting]) -> Result<(String, Experiment)> {
         let sweep = &champions.sweep;
-        let first = sweep.single_of(0, set)?;
+        let of_cell = |cell| self.of(sweep.single_of(cell, set)?);
+        let first = of_cell(0)?;
         let path = champions.path().display();
-        let compared = |cell| Ok(first.difference(&sweep.single_of(cell, set)?, self.scores));
+        let compared = |cell| Ok(first.difference(&of_cell(cell)?, self.scores));
         // All are collected first, so that the error is always the first difference, whichever thread found it.
         let differences: Vec<Result<_>> = (1..sweep.file().cells()).into_par_iter().map(compared).collect();
         for (difference, cell) in differences.into_iter().zip(1..) {

@@ -9,6 +9,7 @@
 //     struct SensorState
 //     fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState
 //     fn sensor_kept(memory: SensorState) -> SensorState
+//     fn sensor_ends(episode: Episode, memory: SensorState) -> bool      whether to end the episode early, of users' parts
 //     fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed
 //     fn plus_weighed(episode: Episode, index: u32, custom: SensorReadings, sum: f32) -> f32
 //                                          `sum`, and each reading times its gene; gene `index` weighs the first
@@ -18,6 +19,7 @@
 //     struct ControllerState
 //     fn controller_begin(episode: Episode) -> ControllerState
 //     fn controller_kept(memory: ControllerState) -> ControllerState
+//     fn controller_ends(episode: Episode, memory: ControllerState) -> bool      likewise
 //     fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command
 //
 // A task declares:

@@ -203,6 +203,12 @@ impl Part {
         &self.functions
     }
 
+    /// The function by which it may end a single robot's episode, if it has that.
+    pub fn end(&self) -> Option<&'static str> {
+        let end = format!("{}_ends", self.kind.word());
+        self.functions.iter().copied().find(|name| *name == end)
+    }
+
     /// Whether it has a mission, for swarms.
     pub fn has_mission(&self) -> bool {
         self.functions.contains(&interface::MISSION)

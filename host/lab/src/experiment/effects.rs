@@ -123,6 +123,10 @@ fn read(text: &str, set: &[Setting]) -> Result<Arc<dyn Experiment>> {
 const NEVER: &[(&str, &str)] = &[
     ("name", "names files"),
     ("files", "hashes are only compared: each is of a named file, or refused"),
+    (
+        "test",
+        "of `oneiro evaluate --test`, which tests/program/champions.rs has",
+    ),
     ("record.checkpoint_every", "when a run is saved"),
     ("record.individuals", "whether every individual is recorded"),
     ("robot.sensors[].name", "names a reading"),

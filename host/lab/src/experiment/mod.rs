@@ -36,7 +36,7 @@ use oneiro_evolve as evolve;
 use oneiro_evolve::settings::{Course, Episodes, Kind, MOST_GENERATIONS};
 use oneiro_evolve::{Evolution, Population};
 pub use settings::GREATEST_SEED;
-use settings::{Settings, Transfer};
+use settings::{Overrides, Settings, Transfer};
 use source::{LeftOut, Parsed, Setting, Source};
 
 /// A checked experiment, its world, and the files that it names.
@@ -51,6 +51,8 @@ pub struct Experiment {
     inputs: Vec<Input>,
     warnings: Vec<String>,
     left_out: LeftOut,
+    /// The same with the values of tests, if it has any.
+    test: Option<Box<Experiment>>,
 }
 
 /// What an experiment's values make.
@@ -84,14 +86,78 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::read`].
     pub fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
+        let (mut own, source) = Self::untested(path, file, set, files)?;
+        if !own.settings.test.0.is_empty() {
+            own.test = Some(Box::new(own.tested(path, file, set, files, &source)?));
+        }
+        Ok(own)
+    }
+
+    /// The same without its values of tests, and the source of its values.
+    fn untested<'a>(path: &Path, file: &'a Parsed<'a>, set: &[Setting], files: &Files) -> Result<(Self, Source<'a>)> {
         let (given, source) = degrees::read::<Settings>(file, set)?;
         let mut given = robots::described(given, &source)?;
         loop {
             match Self::made(path, &given, &source, files)? {
-                Made::Whole(experiment) => return Ok(*experiment),
+                Made::Whole(experiment) => return Ok((*experiment, source)),
                 Made::Without(needless) => needless.iter().for_each(|path| values::remove(&mut given, path)),
             }
         }
+    }
+
+    /// This experiment with its values of tests, which settings override, except for those that a sweep varies.
+    fn tested(
+        &self,
+        path: &Path,
+        file: &Parsed<'_>,
+        set: &[Setting],
+        files: &Files,
+        source: &Source<'_>,
+    ) -> Result<Self> {
+        let refused = |problem: String| Err(source.invalid(TEST, problem));
+        let (swept, others): (Vec<Setting>, _) = set.iter().cloned().partition(Setting::is_swept);
+        let mut all = swept;
+        for (key, datum) in &self.settings.test.0 {
+            let table = key.split(['.', '[']).next().unwrap_or_default();
+            if !TESTED.contains(&table) {
+                return refused(format!("has {key:?}; allowed: keys of {}", TESTED.join(", ")));
+            }
+            let place = source.place_of(&format!("{TEST}.{key}"));
+            all.push(Setting::at(
+                format!("{place}: {TEST}"),
+                key,
+                &values::value(datum, None),
+            ));
+        }
+        all.extend(others);
+        let (mut test, _) = Self::untested(path, file, &all, files)?;
+        test.settings.test = Overrides::default();
+        test.values.remove(TEST);
+        let other = |own: &&Input| !self.inputs.iter().any(|input| input.name == own.name);
+        if let Some(input) = test.inputs.iter().find(other) {
+            return refused(format!(
+                "names the file {}, which the experiment does not; allowed: its own files",
+                input.name
+            ));
+        }
+        if test.world.gene_layout() != self.world.gene_layout() {
+            return refused(
+                "changes the genes; allowed: keys that don't, so that the same genomes can be tested".to_owned(),
+            );
+        }
+        if self.difference(&test, true).is_none() {
+            return refused("changes nothing; allowed: other values than in the evolution".to_owned());
+        }
+        Ok(test)
+    }
+
+    /// The same experiment with its values of tests, which `--test` asks for.
+    ///
+    /// # Errors
+    /// Exit 3 if it has none.
+    pub fn tested_in(&self) -> Result<&Self> {
+        let problem = "--test: the experiment has no table [test]; allowed: with one";
+        self.test.as_deref().ok_or_else(|| Failure::input(problem))
     }
 
     /// Like [`Experiment::of`], for an experiment that is a part of something else, which uses only some of its keys. Its file may also
@@ -224,6 +290,7 @@ impl Experiment {
             inputs,
             warnings,
             left_out: source.left_out(),
+            test: None,
         })))
     }
 
@@ -383,7 +450,7 @@ impl Experiment {
                 world.remove("files");
             }
         }
-        for key in [&SCORE[..], &["name", "evolution", "record"]].concat() {
+        for key in [&SCORE[..], &["name", "evolution", "record", TEST]].concat() {
             world.remove(key);
         }
         // Where the simulator is made from samples of that robot, the robot affects episodes in the simulator.
@@ -472,7 +539,7 @@ impl Experiment {
         usual.evolution.complete(self.world.genes(), usual.trials, false);
         usual.evolution.population = following.population;
         let mut values = self.values.clone();
-        for key in ["name", SEED, "files", "record"] {
+        for key in ["name", SEED, "files", "record", TEST] {
             values.remove(key);
         }
         let mut usual = values::table(&mut usual, &Table::new());
@@ -486,6 +553,7 @@ impl Experiment {
         let mut values = self.values.clone();
         let defaults = values::table(&mut Settings::default(), &Table::new());
         values.insert("record".into(), defaults["record"].clone());
+        values.remove(TEST);
         if self.settings.finalists.count == 0
             && let Some(evolution) = values.get_mut("evolution").and_then(Value::as_table_mut)
         {
@@ -496,6 +564,21 @@ impl Experiment {
         Identities::new(&text(&values))
     }
 }
+
+/// The table of values of tests, and the tables and keys that it may have: those of episodes.
+const TEST: &str = "test";
+const TESTED: [&str; 10] = [
+    "arena",
+    "cycles",
+    "noise",
+    "pucks",
+    "robot",
+    "start",
+    "task",
+    "trial_score",
+    "trials",
+    "worlds",
+];
 
 /// The budget, and keys whose values follow from it.
 const BUDGET: &str = "evolution.episodes";

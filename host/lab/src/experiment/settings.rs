@@ -54,6 +54,8 @@ pub struct Settings {
     pub reality: Transfer,
     /// Files that a run writes, and when.
     pub record: Record,
+    /// Values of these keys in tests, instead of those in the evolution.
+    pub test: Overrides,
     /// BLAKE3 hashes of the named files.
     pub files: BTreeMap<String, String>,
 }
@@ -99,6 +101,7 @@ impl Default for Settings {
                 checkpoint_every: 50,
                 individuals: true,
             },
+            test: Overrides::default(),
             files: BTreeMap::new(),
         }
     }
@@ -285,6 +288,8 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Generations from one checkpoint to the next: the most that a power cut loses.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
             "Whether every individual is recorded, so that `oneiro verify --recompute` can re-evaluate any of them; false with race.", |own, _| Some(&mut own.record.individuals)),
+        row("test", "", Text("a table of keys of episodes, such as \"noise.sensor\" or \"worlds.seed\", and their values"), OURS,
+            "The values of these keys in `oneiro evaluate --test`, instead of those in the evolution: see docs/worlds.md.", |own, _| Some(&mut own.test)),
         row("files", "", Text("a table of BLAKE3 hashes, by the names of files"), OURS,
             "Hashes of the files named above, checked if given. A run's `config.toml` has them all.", |own, _| Some(&mut own.files)),
     ]);
@@ -478,6 +483,26 @@ impl Field for Addresses {
 
     fn kind(&self) -> &'static str {
         "a word or a list"
+    }
+}
+
+/// Values by key.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overrides(pub Vec<(String, Datum)>);
+
+impl Field for Overrides {
+    fn get(&self) -> Option<Datum> {
+        (!self.0.is_empty()).then(|| Datum::Table(self.0.clone()))
+    }
+
+    fn set(&mut self, datum: &Datum) -> bool {
+        let Datum::Table(table) = datum else { return false };
+        self.0.clone_from(table);
+        true
+    }
+
+    fn kind(&self) -> &'static str {
+        "a table of keys and their values"
     }
 }
 

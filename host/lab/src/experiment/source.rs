@@ -171,6 +171,11 @@ impl Setting {
         self.ranked(SWEPT)
     }
 
+    /// Whether it is such a value.
+    pub(crate) fn is_swept(&self) -> bool {
+        self.rank == SWEPT
+    }
+
     /// Looks for the files that it names from this folder.
     pub fn in_folder(self, folder: &Path) -> Self {
         Self {

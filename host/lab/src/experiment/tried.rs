@@ -69,6 +69,7 @@ const VALUES: &[(&str, &[&str])] = &[
     ("arena.walls[].class", &["'round'", "'wall'", "'block'"]),
     ("arena.obstacles[].class", &["'round'", "'wall'", "'block'"]),
     ("arena.blocks[].class", &["'round'", "'wall'", "'block'"]),
+    ("test", &["{ cycles = 33 }"]),
     ("files", &["{ x = '00' }"]),
     ("name", &["'other'"]),
 ];

@@ -10,6 +10,7 @@
 pub mod measures;
 pub mod scores;
 pub mod starts;
+pub mod worlds;
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};

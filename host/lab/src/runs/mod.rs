@@ -231,6 +231,8 @@ pub struct Replay<'a> {
     pub start: Option<[f32; 3]>,
     /// A seed for random numbers other than the champion's.
     pub seed: Option<u64>,
+    /// Whether the experiment has its values of tests.
+    pub test: bool,
     /// The cell of an elite that replaces the champion.
     pub elite: Option<u32>,
     /// Whether to replay all elites instead, on a page.

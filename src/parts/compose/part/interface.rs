@@ -84,6 +84,10 @@ const SENSOR: Interface = Interface {
             text: "fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState",
             default: Some("return SensorState();"),
         },
+        Function {
+            text: "fn sensor_ends(episode: Episode, memory: SensorState) -> bool",
+            default: Some("return false;"),
+        },
     ],
     mission: &[],
     others: &[("SensorReadings", "struct SensorReadings { NAME: f32, .. }")],
@@ -106,6 +110,10 @@ const CONTROLLER: Interface = Interface {
         Function {
             text: "fn controller_begin(episode: Episode) -> ControllerState",
             default: Some("return ControllerState();"),
+        },
+        Function {
+            text: "fn controller_ends(episode: Episode, memory: ControllerState) -> bool",
+            default: Some("return false;"),
         },
     ],
     mission: &[],

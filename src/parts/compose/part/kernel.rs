@@ -556,6 +556,21 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
         };
         parts = with(parts, shipped(entry));
     }
+    for (kind, end) in custom
+        .iter()
+        .filter_map(|each| Some((each.part.kind, each.part.end()?)))
+    {
+        if kind != Kind::Task {
+            let word = kind.word();
+            for physics in parts.iter_mut().filter(|part| part.path.starts_with("physics/")) {
+                for me in ["episode", "of_genes(episode)"] {
+                    let of_task = format!("task_ends({me}, before.task)");
+                    let of_both = format!("{of_task} | {end}({me}, before.{word})");
+                    physics.text = physics.text.replace(&of_task, &of_both);
+                }
+            }
+        }
+    }
     if custom.iter().any(|each| !each.part.is_of_oneiro) {
         for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {
             entry.text = entry.text.replace(NEXT, KEPT);

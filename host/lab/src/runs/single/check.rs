@@ -225,6 +225,16 @@ fn summary(experiment: &Experiment) -> String {
             },
         ),
         (
+            "test",
+            match &settings.test.0[..] {
+                [] => String::new(),
+                values => {
+                    let keys: Vec<&str> = values.iter().map(|(key, _)| &**key).collect();
+                    format!("other values of {} with `oneiro evaluate --test`", keys.join(", "))
+                }
+            },
+        ),
+        (
             "episode",
             format!(
                 "{} of 100 ms, {} for each individual",

@@ -28,6 +28,7 @@ use super::{
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::experiment::Experiment;
 use crate::experiment::settings::{Settings, TrialScore};
+use crate::lives::worlds::{self, WorldTable};
 use crate::runs::Recording;
 
 /// A run of single robots.
@@ -677,6 +678,8 @@ impl Job for Evolving {
                 let table = TraceTable::new(experiment.world()).csv(trace, trace_every(experiment));
                 files.push((TRACE, table.into_bytes()));
             }
+            let worlds = WorldTable::new(experiment.world());
+            files.extend(worlds.map(|table| (worlds::FILE, table.csv().into_bytes())));
             let drawn = Drawn {
                 experiment,
                 seed: self.seed,

@@ -59,6 +59,7 @@ use crate::experiment::kinds::CHAMPION_GENES;
 use crate::experiment::source::LeftOut;
 use crate::experiment::{Experiment, Identities, Input};
 use crate::genomes;
+use crate::lives::worlds::{self, WorldTable};
 use crate::reality::site::{LIVES, Site};
 use crate::reality::wired::Time;
 use champion::IndividualFile;
@@ -217,7 +218,7 @@ fn replays(has_several: bool) -> [Entry; 6] {
             format!("{name}-WHAT.csv"),
             format!(
                 "written by `oneiro replay` for another episode than the champion's recorded one: WHAT is `elite-CELL`, `generation-N`, \
-                 `individual-K`, `genome-NAME`, `start-X_Y_HEADING` and `seed-N`, of the given options; with the columns of `{TRACE}`"
+                 `individual-K`, `genome-NAME`, `start-X_Y_HEADING`, `seed-N` and `test`, of the given options; with the columns of `{TRACE}`"
             ),
         ),
         Entry::file(format!("{name}-WHAT.svg"), picture),
@@ -250,7 +251,7 @@ pub fn all_contents() -> Vec<Entry> {
         &[super::report::entry()],
         &texts(true),
         &archive_files(&archive::ELITES),
-        &[behaviour_file(), race::entry()],
+        &[behaviour_file(), race::entry(), worlds::entry(&worlds::first_columns())],
         &coevolution_files(),
         &[lives()],
         &replays(false),
@@ -682,6 +683,7 @@ impl super::Experiment for Single {
         if settings.evolution.uses_behaviour() {
             files.push(behaviour_file());
         }
+        files.extend(WorldTable::new(world).map(|table| worlds::entry(&table.columns())));
         if settings.evolution.kind == Kind::Race {
             files.push(race::entry());
         }

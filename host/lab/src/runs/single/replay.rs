@@ -59,7 +59,8 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         .genome
         .map(|file| genome(file, experiment, |word| messages.push(word)))
         .transpose()?;
-    let settings = experiment.settings();
+    let test = replay.test.then(|| experiment.tested_in()).transpose()?;
+    let settings = test.unwrap_or(experiment).settings();
     replay.check_trial(settings.trials)?;
     if let (Some(_), Build::Differential(Differential { count: Some(_), .. })) =
         (replay.start, &experiment.world().spec().robot.build)
@@ -68,9 +69,10 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
             "--start: is given for a swarm, which starts as its experiment says; allowed: with single robots, or --seed and --trial for other starts",
         ));
     }
-    let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
-    let lived_in = match replay.surrogate {
-        Some(_) => experiment.world().clone(),
+    let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some() || replay.test;
+    let lived_in = match test {
+        Some(test) => test.world().clone(),
+        None if replay.surrogate.is_some() => experiment.world().clone(),
         None => single.world_of(champion.generation)?,
     };
     let world = match replay.start {
@@ -251,8 +253,9 @@ fn differences(replay: &Replay<'_>) -> String {
     let genome = replay.genome.map(|file| format!("-genome-{}", plain(file)));
     let start = replay.start.map(|[x, y, heading]| format!("-start-{x}_{y}_{heading}"));
     let seed = replay.seed.map(|seed| format!("-seed-{seed}"));
+    let test = replay.test.then(|| "-test".to_owned());
     let surrogate = replay.surrogate.map(|(seed, _)| format!("-surrogate-{seed}"));
-    let all = [elite, generation, individual, genome, start, seed, surrogate];
+    let all = [elite, generation, individual, genome, start, seed, test, surrogate];
     all.into_iter().flatten().collect()
 }
 

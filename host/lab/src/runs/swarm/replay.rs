@@ -27,6 +27,7 @@ pub(super) fn run(
     let given = [
         ("--start", replay.start.is_some()),
         ("--seed", replay.seed.is_some()),
+        ("--test", replay.test),
         ("--genome", replay.genome.is_some()),
         ("--elite", replay.elite.is_some()),
         ("--elites", replay.elites),
