@@ -635,7 +635,7 @@ pub(crate) struct Evaluate {
     /// Give all genomes the same starts and the same noise
     #[arg(long)]
     pub(crate) common_starts: bool,
-    /// Start an episode at each pose of this file (columns `x_mm`, `y_mm`, `heading_turns`)
+    /// Start episodes at a file's poses (columns x_mm, y_mm, heading_turns)
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
     /// The experiment's noise, or none (custom parts, foragers' proximity, messages keep it)
@@ -1730,7 +1730,7 @@ mod tests {
     /// A new option of `oneiro evaluate` has an effect with `--best` and `--tournament`, or is refused there.
     #[test]
     fn options_of_evaluations_are_refused_where_they_have_no_effect() {
-        const OTHERS: &str = "experiment genomes seed trials set out best individuals all tournament every backend threads recheck \
+        const OTHERS: &str = "experiment genomes seed trials test set out best individuals all tournament every backend threads recheck \
                             specialise json quiet verbose help version";
         let mut program = command();
         program.build();

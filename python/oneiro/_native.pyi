@@ -80,6 +80,9 @@ class Experiment:
     def with_(self, set: Mapping[str, Any]) -> Experiment:
         """The same experiment with other values for some keys, as `load` takes them."""
 
+    def tested_in(self) -> Experiment:
+        """The same experiment with the values of its table `[test]`."""
+
     def with_policy(self, policy: Any) -> Experiment:
         """The same experiment with the network of a policy as its controller, and `genome_of(policy)` as the genome that is the policy.
 

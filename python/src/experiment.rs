@@ -93,6 +93,11 @@ impl Experiment {
         done(py, || api::Experiment::from_portable(&self.0.portable(), &set)).map(Self)
     }
 
+    /// The same experiment with the values of its table `[test]`.
+    fn tested_in(&self, py: Python<'_>) -> PyResult<Self> {
+        done(py, || self.0.tested_in()).map(Self)
+    }
+
     fn _with(&self, py: Python<'_>, set: Vec<String>) -> PyResult<Self> {
         done(py, || api::Experiment::from_portable(&self.0.portable(), &set)).map(Self)
     }

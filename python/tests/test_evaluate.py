@@ -43,6 +43,15 @@ def test_other_values_may_replace_files():
         assert other.hash == oneiro.Experiment.load(EXPERIMENTS / "homing.toml", set=values).hash
 
 
+def test_an_experiment_has_values_for_tests():
+    own = oneiro.Experiment.load(AVOIDANCE, set={"test": {"noise.sensor": [0.0, 0.2], "cycles": 50}})
+    tested = own.tested_in()
+    assert tested.hash == oneiro.Experiment.load(AVOIDANCE, set={"noise.sensor": [0.0, 0.2], "cycles": 50}).hash
+    assert own.hash == oneiro.Experiment.load(AVOIDANCE).hash != tested.hash
+    with pytest.raises(oneiro.InputError, match=r"no table \[test\]"):
+        tested.tested_in()
+
+
 def test_values_that_are_refused_have_the_programs_messages(tmp_path):
     for values in [{"cycles": 0}, {"cyles": 60}, {"evolution.population": "many"}]:
         settings = [word for key, value in values.items() for word in ("--set", f"{key}={value}")]

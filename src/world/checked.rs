@@ -7,7 +7,7 @@ use oneiro_shaders::{Kernel, episode};
 
 use crate::batch::{Buffers, Variants, WorldKind, Worlds};
 use crate::genes::{Gene, GeneLayout};
-use crate::parameter::Invalid;
+use crate::parameter::{Datum, Invalid};
 use crate::parts::compose::{self, Composed, Detail, EpisodeKind, GREATEST_GENES, Kind, OwnPart, OwnParts};
 use crate::random::Key;
 use crate::world::described::{Battery, Genomes, Together};
@@ -36,6 +36,15 @@ struct Checked {
     variants: Vec<World>,
     /// How an episode chooses one.
     choice: Variants,
+}
+
+/// The numbers that are drawn for a world's variants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnNumbers {
+    /// The numbers' keys, such as `arena.obstacles[0].x_mm`, and of a pair of numbers `noise.sensor[0]` and `[1]`; and their units.
+    pub keys: Vec<(String, &'static str)>,
+    /// Their values in each of [`World::variants`].
+    pub values: Vec<Vec<Datum>>,
 }
 
 impl World {
@@ -184,6 +193,29 @@ impl World {
         } else {
             &self.0.variants
         }
+    }
+
+    /// The numbers that are drawn for its variants; no keys if none is.
+    pub fn drawn(&self) -> DrawnNumbers {
+        let keys = self.spec().drawn(self.0.choice).expect("it was made with them");
+        let mut drawn = DrawnNumbers {
+            keys: Vec::new(),
+            values: vec![Vec::new(); self.variants().len()],
+        };
+        for key in keys {
+            for (number, variant) in self.variants().iter().enumerate() {
+                let (datum, unit) = variant.spec().number_of(&key).expect("it was drawn");
+                let (keys, values) = match datum {
+                    Datum::List(pair) => ((0..pair.len()).map(|index| format!("{key}[{index}]")).collect(), pair),
+                    single => (vec![key.clone()], vec![single]),
+                };
+                drawn.values[number].extend(values);
+                if number == 0 {
+                    drawn.keys.extend(keys.into_iter().map(|key| (key, unit)));
+                }
+            }
+        }
+        drawn
     }
 
     /// The same world of a swarm, observed: its episodes have the same bits, and each record of their traces has a

@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use crate::batch::Variants;
 use crate::parameter::{self, Allowed, Datum, Invalid};
 use crate::random::pcg4d;
+use crate::world::Build;
 use crate::world::arena::Arena;
 use crate::world::differential::Starts;
 use crate::world::parameters::PARAMETERS;
 use crate::world::spec::WorldSpec;
 use crate::world::start::{Poses, Start};
 use crate::world::varied::Varied;
-use crate::world::{Build, World};
 
 /// Most worlds in all.
 const GREATEST_VARIANTS: usize = 4096;
@@ -77,7 +77,23 @@ impl WorldSpec {
         self.variant_and_drawn(variants, index).map(|(spec, _)| spec)
     }
 
-    /// The same, and the keys of its drawn numbers, each with the number of its element.
+    /// The keys of its drawn numbers, each with the number of its element.
+    ///
+    /// # Errors
+    /// As [`WorldSpec::variant`].
+    pub(super) fn drawn(&self, variants: Variants) -> Result<BTreeSet<String>, Invalid> {
+        self.variant_and_drawn(variants, 0).map(|(_, drawn)| drawn)
+    }
+
+    /// The number that it has for such a key, or a pair of numbers, and its unit.
+    pub(super) fn number_of(&self, key: &str) -> Option<(Datum, &'static str)> {
+        let (pattern, index) = pattern(key);
+        let row = PARAMETERS.iter().find(|row| row.key == pattern)?;
+        let datum = (row.field)(&mut self.clone(), index.unwrap_or(0))?.get()?;
+        Some((datum, row.unit))
+    }
+
+    /// One of its worlds, and the keys of its drawn numbers.
     fn variant_and_drawn(&self, variants: Variants, index: usize) -> Result<(Self, BTreeSet<String>), Invalid> {
         let mut spec = Self {
             varied: Varied::default(),
@@ -192,52 +208,6 @@ impl WorldSpec {
             drawn.insert(name);
         }
         Ok(())
-    }
-}
-
-/// The numbers that are drawn for a world's variants.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DrawnNumbers {
-    /// The numbers' keys, such as `arena.obstacles[0].x_mm`, and of a pair of numbers `noise.sensor[0]` and `[1]`; and their units.
-    pub keys: Vec<(String, &'static str)>,
-    /// Their values in each of [`World::variants`].
-    pub values: Vec<Vec<Datum>>,
-}
-
-impl World {
-    /// The numbers that are drawn for its variants; no keys if none is.
-    pub fn drawn(&self) -> DrawnNumbers {
-        let spec = self.spec();
-        let variants = spec.variants().expect("the world was made with them");
-        let (_, names) = spec.variant_and_drawn(variants, 0).expect("the world was made with it");
-        let mut drawn = DrawnNumbers {
-            keys: Vec::new(),
-            values: vec![Vec::new(); self.variants().len()],
-        };
-        for name in names {
-            let (key, index) = pattern(&name);
-            let row = PARAMETERS.iter().find(|row| row.key == key);
-            let row = row.expect("it was drawn by its row");
-            for (variant, values) in self.variants().iter().zip(&mut drawn.values) {
-                let mut spec = variant.spec().clone();
-                let field = (row.field)(&mut spec, index.unwrap_or(0));
-                let value = field.and_then(|field| field.get());
-                match value.expect("it was set") {
-                    Datum::List(pair) => values.extend(pair),
-                    single => values.push(single),
-                }
-            }
-            let count = drawn.values[0].len() - drawn.keys.len();
-            let keys = (0..count).map(|index| {
-                if count == 1 {
-                    name.clone()
-                } else {
-                    format!("{name}[{index}]")
-                }
-            });
-            drawn.keys.extend(keys.map(|key| (key, row.unit)));
-        }
-        drawn
     }
 }
 

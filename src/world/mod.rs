@@ -34,8 +34,7 @@ mod wgsl;
 
 pub use crate::genes::{Gene, GeneKind, GeneLayout};
 pub use body::Collision;
-pub use checked::World;
-pub use draws::DrawnNumbers;
+pub use checked::{DrawnNumbers, World};
 pub use forager::Forager;
 pub use noise::{Drawn, Noise};
 pub use parameters::{COORDINATE, LENGTH, parameters};

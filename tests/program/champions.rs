@@ -594,11 +594,11 @@ fn a_test_has_values_of_its_own() {
     for (arguments, words) in [
         (
             &["evaluate", "--genomes", "plain", "--test"][..],
-            "--test: the experiment has no table [test]",
+            "the experiment has no table [test]; allowed: one",
         ),
         (
             &["replay", "plain", "--test"],
-            "--test: the experiment has no table [test]",
+            "the experiment has no table [test]; allowed: one",
         ),
     ] {
         place.run(arguments).exits(3).says(&[words]);

@@ -234,6 +234,23 @@ impl Experiment {
         Self::made(portable, |_| Setting::all_typed(set))
     }
 
+    /// The same experiment with its values of tests.
+    ///
+    /// # Errors
+    /// Exit 3 if it has none.
+    pub fn tested_in(&self) -> Result<Self> {
+        let problem = "is the foraging study; allowed: experiments with a table [test]";
+        let single = self.0.any.single().ok_or_else(|| Error::input(problem))?;
+        let toml = single.tested_in()?.values().to_string();
+        Self::from_portable(
+            &Portable {
+                toml,
+                ..self.portable()
+            },
+            &[],
+        )
+    }
+
     /// Makes it again, with settings that are given the folder where its files are.
     fn made(portable: &Portable, set: impl FnOnce(&Path) -> exit::Result<Vec<Setting>>) -> Result<Self> {
         let files = portable.files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..]));

@@ -156,7 +156,7 @@ impl Experiment {
     /// # Errors
     /// Exit 3 if it has none.
     pub fn tested_in(&self) -> Result<&Self> {
-        let problem = "--test: the experiment has no table [test]; allowed: with one";
+        let problem = "the experiment has no table [test]; allowed: one with values for tests";
         self.test.as_deref().ok_or_else(|| Failure::input(problem))
     }
 

@@ -492,7 +492,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[sensors.values]\nwidth = 3.0",
-        "test.toml:1:2: sensors: unknown key `sensors`; did you mean sensor? (allowed: name, seed, cycles, trials, trial_score, robot, pucks, arena, noise, sensor, controller, task, start, worlds, evolution, reality, record, files)",
+        "test.toml:1:2: sensors: unknown key `sensors`; did you mean sensor? (allowed: name, seed, cycles, trials, trial_score, robot, pucks, arena, noise, sensor, controller, task, start, worlds, evolution, reality, record, test, files)",
     ),
     (
         "[robot]\ntables = \"epuck\"",
