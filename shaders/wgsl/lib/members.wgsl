@@ -23,9 +23,7 @@ const MEMBER_START: u32 = 11u;
 // for searches among robots: whether it was met, and a queue
 const MEMBER_MET: u32 = 14u;
 const MEMBER_QUEUE: u32 = 15u;
-// its heading after the cycle
-const MEMBER_TURNED: u32 = 16u;
-const MEMBER_MEMORY: u32 = 17u;
+const MEMBER_MEMORY: u32 = 16u;
 
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 

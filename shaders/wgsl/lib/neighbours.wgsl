@@ -148,7 +148,7 @@ fn reach_to_touching(episode: Episode) -> f32 {
 }
 
 // Here all others give way to a body, also those before it: again each to the others in the order of their numbers.
-fn push_others(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bool {
+fn push_others(episode: Episode, of_robots: Apart, count: u32, member: u32, reach: f32) -> bool {
     let at = place_in(member_at(episode, member), MEMBER_BEFORE);
     var pushed = false;
     var search = search_around(episode, at, reach);
@@ -174,7 +174,7 @@ fn push_others(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> b
     return pushed;
 }
 
-fn is_pressed(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bool {
+fn is_pressed(episode: Episode, of_robots: Apart, count: u32, member: u32, reach: f32) -> bool {
     let at = place_in(member_at(episode, member), MEMBER_GOAL);
     var pressed = false;
     var search = search_around(episode, at, reach);

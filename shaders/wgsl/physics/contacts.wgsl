@@ -63,10 +63,9 @@ fn reach_to_touching(episode: Episode) -> f32 {
     return 0.0f;
 }
 
-// A body and those after it that overlapped give way to each other: each to the others in the order of their numbers, on which the
+// Of `count` bodies, one and those after it that overlapped give way to each other: each to the others in the order of their numbers, on which the
 // rounding of sums depends. Returns whether any did.
-fn push_others(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bool {
-    let count = body_count(episode.world);
+fn push_others(episode: Episode, of_robots: Apart, count: u32, member: u32, reach: f32) -> bool {
     let member_words = member_at(episode, member);
     let at = place_in(member_words, MEMBER_BEFORE);
     var moved = place_in(member_words, MEMBER_GOAL);
@@ -100,7 +99,7 @@ fn push(episode: Episode) -> bool {
         put_word(member_words, MEMBER_BEFORE + 1u, word(member_words, MEMBER_GOAL + 1u));
     }
     for (var member = 0u; member < count; member++) {
-        pushed = push_others(episode, of_robots, member, reach) | pushed;
+        pushed = push_others(episode, of_robots, count, member, reach) | pushed;
     }
     // Only a world that has objects looks at them.
     if (worlds[episode.world].shapes > 0u) {
@@ -138,9 +137,8 @@ fn is_in_way(episode: Episode, of_robots: Apart, member: u32, at: vec2<f32>, oth
     return squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near_squared;
 }
 
-// Whether a body overlaps with another by more than OVERLAP.
-fn is_pressed(episode: Episode, of_robots: Apart, member: u32, reach: f32) -> bool {
-    let count = body_count(episode.world);
+// Whether one of `count` bodies overlaps with another by more than OVERLAP.
+fn is_pressed(episode: Episode, of_robots: Apart, count: u32, member: u32, reach: f32) -> bool {
     let at = place_in(member_at(episode, member), MEMBER_GOAL);
     var pressed = false;
     for (var other = 0u; other < count; other++) {
@@ -190,7 +188,7 @@ fn take_back(episode: Episode, overlap: bool) {
         var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
         if (overlap & is_on_floor(episode, member)) {
             returns = returns | presses(episode.world, member, at, OVERLAP);
-            returns = is_pressed(episode, of_robots, member, reach) | returns;
+            returns = is_pressed(episode, of_robots, count, member, reach) | returns;
         }
         put_word(member_words, MEMBER_MET, select(0u, 1u, returns));
         if (returns) {

@@ -139,10 +139,10 @@ fn act(me: Episode, step: u32, read: Act) -> Act {
         goal = slid(me.world, vec2<f32>(pose.x, pose.y), alone, true);
     }
     put_place(member_words, MEMBER_START, vec2<f32>(pose.x, pose.y));
-    put(member_words, MEMBER_START + 2u, pose.z);
     put_place(member_words, MEMBER_ALONE, alone);
     put_place(member_words, MEMBER_GOAL, goal);
-    put(member_words, MEMBER_TURNED, reached.z);
+    // Others act by its heading before the cycle: both are exchanged at the end.
+    put(member_words, MEMBER_START + 2u, reached.z);
     return Act(read.real, read.perceived, command.outputs, driven.motion);
 }
 
@@ -206,7 +206,9 @@ fn cycle(episode: Episode, step: u32) -> Cycle {
         let member_words = member_at(episode, member);
         put_word(member_words, MEMBER_X, word(member_words, MEMBER_GOAL));
         put_word(member_words, MEMBER_Y, word(member_words, MEMBER_GOAL + 1u));
-        put_word(member_words, MEMBER_HEADING, word(member_words, MEMBER_TURNED));
+        let heading = word(member_words, MEMBER_HEADING);
+        put_word(member_words, MEMBER_HEADING, word(member_words, MEMBER_START + 2u));
+        put_word(member_words, MEMBER_START + 2u, heading);
         save_robot(member_words, robot_after(episode.world, member_pose(member_words), robot_loaded(member_words)));
     }
     pucks_move(episode);
