@@ -635,7 +635,7 @@ pub(crate) struct Evaluate {
     /// Give all genomes the same starts and the same noise
     #[arg(long)]
     pub(crate) common_starts: bool,
-    /// Start episodes at a file's poses (columns x_mm, y_mm, heading_turns)
+    /// Start episodes at a file's poses (`x_mm`, `y_mm`, `heading_turns`)
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
     /// The experiment's noise, or none (custom parts, foragers' proximity, messages keep it)

@@ -307,7 +307,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
         };
     };
     for own in spec.own.iter() {
-        if let Some(end) = own.part().end() {
+        if let Some(end) = own.part().end_function() {
             let problem = format!(
                 "has `{end}`, which ends only a single robot's episode; `mission_ends` ends a swarm's; {SINGLE}"
             );

@@ -197,14 +197,17 @@ impl World {
 
     /// The numbers that are drawn for its variants; no keys if none is.
     pub fn drawn(&self) -> DrawnNumbers {
-        let keys = self.spec().drawn(self.0.choice).expect("it was made with them");
+        // The world was made with them.
+        let keys = self.spec().drawn(self.0.choice).unwrap_or_default();
         let mut drawn = DrawnNumbers {
             keys: Vec::new(),
             values: vec![Vec::new(); self.variants().len()],
         };
         for key in keys {
             for (number, variant) in self.variants().iter().enumerate() {
-                let (datum, unit) = variant.spec().number_of(&key).expect("it was drawn");
+                let Some((datum, unit)) = variant.spec().number_of(&key) else {
+                    continue;
+                };
                 let (keys, values) = match datum {
                     Datum::List(pair) => ((0..pair.len()).map(|index| format!("{key}[{index}]")).collect(), pair),
                     single => (vec![key.clone()], vec![single]),
@@ -413,7 +416,7 @@ impl WorldKind for World {
             return task.is_some_and(|part| part.functions().contains(&"mission_ends"));
         }
         let battery = self.0.physics.described().and_then(|robot| robot.battery);
-        let ends = self.0.spec.own.iter().any(|own| own.part().end().is_some());
+        let ends = self.0.spec.own.iter().any(|own| own.part().end_function().is_some());
         ends || task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
     }
 

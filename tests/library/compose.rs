@@ -306,8 +306,7 @@ fn sensors_controllers_and_tasks_end_episodes_alike() {
             own(kind, &text, &[])
         }))
     };
-    let described: fn(&mut WorldSpec) =
-        |spec| spec.robot.build = Build::Differential(Differential::new(60.0, 100.0).into());
+    let described: fn(&mut WorldSpec) = |spec| spec.robot.build = Build::Differential(Differential::new(60.0, 100.0));
     let forager: fn(&mut WorldSpec) = |spec| {
         *spec = WorldSpec {
             own: spec.own.clone(),
@@ -356,7 +355,7 @@ fn sensors_controllers_and_tasks_end_episodes_alike() {
             task: Task::Own,
             own: parts_with_end(Some(kind)),
             robot: Robot {
-                build: Build::Differential(robot.into()),
+                build: Build::Differential(robot),
                 ..WorldSpec::miglino1995().robot
             },
             ..WorldSpec::miglino1995()

@@ -555,8 +555,8 @@ fn a_test_has_values_of_its_own() {
     let same = ["generations.csv", "champion.json", "worlds.csv"];
     for file in same {
         assert_eq!(
-            place.read(&format!("plain/{file}")),
-            place.read(&format!("tested/{file}"))
+            place.read(format!("plain/{file}")),
+            place.read(format!("tested/{file}"))
         );
     }
     let bits = |arguments: &[&str]| {

@@ -180,7 +180,7 @@ pub fn export(order: &Order<'_>) -> Result<Exported> {
     let mut cpu = Cpu::new(Some(1)).map_err(|error| refused(&error))?;
     if let Some((also, label)) = also {
         let own = world.spec().own.get(Kind::Controller);
-        if let Some(end) = own.and_then(|own| own.part().end()) {
+        if let Some(end) = own.and_then(|own| own.part().end_function()) {
             let problem = format_args!(
                 "{label}: is given, and the controller of {from} has `{end}`, while a written world ends by itself; allowed: the controller alone"
             );

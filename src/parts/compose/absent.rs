@@ -53,6 +53,11 @@ impl Part {
         match *self {}
     }
 
+    /// The function by which it may end a single robot's episode, if it has that.
+    pub fn end_function(&self) -> Option<&'static str> {
+        match *self {}
+    }
+
     /// Whether it has a mission, for swarms.
     pub fn has_mission(&self) -> bool {
         match *self {}

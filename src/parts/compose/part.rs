@@ -204,7 +204,7 @@ impl Part {
     }
 
     /// The function by which it may end a single robot's episode, if it has that.
-    pub fn end(&self) -> Option<&'static str> {
+    pub fn end_function(&self) -> Option<&'static str> {
         let end = format!("{}_ends", self.kind.word());
         self.functions.iter().copied().find(|name| *name == end)
     }

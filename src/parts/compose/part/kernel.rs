@@ -558,7 +558,7 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
     }
     for (kind, end) in custom
         .iter()
-        .filter_map(|each| Some((each.part.kind, each.part.end()?)))
+        .filter_map(|each| Some((each.part.kind, each.part.end_function()?)))
     {
         if kind != Kind::Task {
             let word = kind.word();
