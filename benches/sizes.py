@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Speed in larger and larger worlds: sizes.py PROGRAM [walls|patches|robots=NUMBER]...
+"""Speed in larger and larger worlds: sizes.py PROGRAM [walls|patches|robots=NUMBER]... [task=KIND] [specialise=WHEN] [against=OTHER]
 
 Prints a million cycles of a robot per second of one thread, by the processor's time, of what more trials of random genomes take; of three runs
 the shortest. Walls and patches: an e-puck among walls of 112 mm, or on discs of 100 mm radius, one in each square of 225 mm. Robots: swarms
-of e-pucks that see each other and stay together, 20 on each square metre.
+of e-pucks that see each other and stay together, or have another task, 20 on each square metre. Against another program: the median of eight
+ratios to its speed, measured in turns.
 """
 import math
 import os
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -54,7 +56,7 @@ height_mm = {side}
 """
 
 
-def together(robots):
+def together(robots, task):
     """An experiment with so many robots."""
     side = 1000.0 * math.sqrt(robots / 20)
     return f"""[robot]
@@ -69,31 +71,45 @@ sensors = [
 width_mm = {side}
 height_mm = {side}
 [task]
-kind = "stay-together"
+kind = "{task}"
 """
 
 
-def processor_seconds(program, experiment, genomes, trials):
+def processor_seconds(program, experiment, genomes, trials, specialise):
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    how = ["--random", str(genomes), "--trials", str(trials), "--threads", "1", "--specialise", "never", "--summary"]
+    how = ["--random", str(genomes), "--trials", str(trials), "--threads", "1", "--specialise", specialise, "--summary"]
     subprocess.run([program, "evaluate", experiment, *how], check=True, capture_output=True)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
 def main():
     program, *arguments = sys.argv[1:]
+    given = dict(argument.split("=") for argument in arguments)
+    task, specialise = given.pop("task", "stay-together"), given.pop("specialise", "never")
+    other = given.pop("against", None)
+    sizes = [argument.split("=") for argument in (arguments if given else USUAL)]
     with tempfile.TemporaryDirectory() as folder:
-        for argument in arguments or USUAL:
-            what, number = argument.split("=")
+        for what, number in (size for size in sizes if size[0] in ("walls", "patches", "robots")):
             robots = int(number) if what == "robots" else 1
             genomes, cycles, few, many = TOGETHER if what == "robots" else ALONE
             genomes //= robots
             experiment = os.path.join(folder, f"{what}-{number}.toml")
             with open(experiment, "w") as file:
-                file.write(f"cycles = {cycles}\n" + (together(robots) if what == "robots" else alone(what, int(number))))
-            short, long = (min(processor_seconds(program, experiment, genomes, trials) for _ in range(3)) for trials in (few, many))
-            steps = genomes * robots * cycles * (many - few)
-            print(number, what + ":", round(steps / (long - short) / 1e6, 2), "million cycles/s", flush=True)
+                file.write(f"cycles = {cycles}\n" + (together(robots, task) if what == "robots" else alone(what, int(number))))
+
+            def seconds(program, many, times):
+                measured = [[processor_seconds(program, experiment, genomes, trials, specialise) for trials in (few, many)] for _ in range(times)]
+                short, long = (min(column) for column in zip(*measured))
+                return long - short
+
+            if other:
+                turns = [[program, other], [other, program]] * 4
+                taken = [{each: seconds(each, 5 * many, 1) for each in turn} for turn in turns]
+                ratio = statistics.median(own[other] / own[program] for own in taken)
+                print(number, what + ":", round(ratio, 3), "of the speed of", other, flush=True)
+            else:
+                steps = genomes * robots * cycles * (many - few)
+                print(number, what + ":", round(steps / seconds(program, many, 3) / 1e6, 2), "million cycles/s", flush=True)
 
 
 main()
