@@ -854,3 +854,28 @@ fn a_thymio_computes_what_its_program_says() {
         }
     });
 }
+
+/// A world ends an episode by itself, not as the controller that it is written beside says.
+#[test]
+fn a_controller_that_ends_episodes_has_no_world() {
+    let place = Place::new("export-end");
+    let controller = "const CONTROLLER_GENES: u32 = INPUTS;
+        struct ControllerState { cycles: u32 }
+        fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+            return Command(vec2<f32>(logistic(weighed(episode, 0u, readings)), 0.5), ControllerState(before.cycles + 1u));
+        }
+        fn controller_ends(episode: Episode, memory: ControllerState) -> bool { return memory.cycles == 9u; }";
+    place.write("ends.wgsl", controller);
+    place.write(
+        "ends.toml",
+        "cycles = 20\ncontroller.kind = \"own\"\ncontroller.part = \"ends.wgsl\"\n",
+    );
+    place.write("genes.json", format!("{{\"genome\": [{}]}}", ["0.5"; 8].join(", ")));
+    let export = ["export", "ends.toml", "--genome", "genes.json", "--to", "c", "--out"];
+    place.good(&[&export[..], &["alone.c"]].concat());
+    let words = "has `controller_ends`, while a written world ends by itself; allowed: the controller alone";
+    place
+        .run(&[&export[..], &["both.c", "--with", "sensors,task"]].concat())
+        .exits(3)
+        .says(&[words]);
+}

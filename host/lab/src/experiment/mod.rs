@@ -567,17 +567,8 @@ impl Experiment {
 
 /// The table of values of tests, and the tables and keys that it may have: those of episodes.
 const TEST: &str = "test";
-const TESTED: [&str; 10] = [
-    "arena",
-    "cycles",
-    "noise",
-    "pucks",
-    "robot",
-    "start",
-    "task",
-    "trial_score",
-    "trials",
-    "worlds",
+const TESTED: [&str; 9] = [
+    "arena", "cycles", "noise", "pucks", "robot", "start", "task", "trials", "worlds",
 ];
 
 /// The budget, and keys whose values follow from it.

@@ -556,18 +556,15 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
         };
         parts = with(parts, shipped(entry));
     }
-    for (kind, end) in custom
-        .iter()
-        .filter_map(|each| Some((each.part.kind, each.part.end_function()?)))
-    {
-        if kind != Kind::Task {
-            let word = kind.word();
-            for physics in parts.iter_mut().filter(|part| part.path.starts_with("physics/")) {
-                for me in ["episode", "of_genes(episode)"] {
-                    let of_task = format!("task_ends({me}, before.task)");
-                    let of_both = format!("{of_task} | {end}({me}, before.{word})");
-                    physics.text = physics.text.replace(&of_task, &of_both);
-                }
+    // Whoever else may end an episode is asked beside the task.
+    for own in custom.iter().filter(|own| own.part.kind != Kind::Task) {
+        let Some(end) = own.part.end_function() else { continue };
+        let word = own.part.kind.word();
+        for physics in parts.iter_mut().filter(|part| part.path.starts_with("physics/")) {
+            for me in ["episode", "of_genes(episode)"] {
+                let of_task = format!("task_ends({me}, before.task)");
+                let of_both = format!("{of_task} | {end}({me}, before.{word})");
+                physics.text = physics.text.replace(&of_task, &of_both);
             }
         }
     }
