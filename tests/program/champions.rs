@@ -120,6 +120,11 @@ fn genomes_of_others_become_a_run() {
         format!("{}\n{}\n", backwards.join(",").replace("bias", "basis"), rows[0]),
     );
     adopt("wrong.csv", "none").exits(3).says(&["wrong.csv", "bias_left"]);
+    let set = ["--seed", "1", "--set", "evolution.kind=\"race\""];
+    place
+        .run(&[&["adopt", "small.toml", "--genomes", "others.csv"][..], &set].concat())
+        .exits(3)
+        .says(&["--set evolution.kind=\"race\": has no effect, as the given genomes are the only generation"]);
     assert!(!place.at("none").exists());
 }
 
@@ -594,15 +599,37 @@ fn a_test_has_values_of_its_own() {
     for (arguments, words) in [
         (
             &["evaluate", "--genomes", "plain", "--test"][..],
-            "the experiment has no table [test]; allowed: one",
+            " has no table [test]; allowed: one",
         ),
-        (
-            &["replay", "plain", "--test"],
-            "the experiment has no table [test]; allowed: one",
-        ),
+        (&["replay", "plain", "--test"], " has no table [test]; allowed: one"),
     ] {
         place.run(arguments).exits(3).says(&[words]);
     }
+    place.write("tested.toml", format!("{DRAWN}[test]\ncycles = 60\n"));
+    place
+        .run(&["check", "tested.toml"])
+        .exits(0)
+        .says(&["warning: tested.toml:23:1: test: changes nothing"]);
+    // Settings that a test has too, or that go only with the evolution, are for those who don't ask for the test.
+    let drawn =
+        "[test]\n\"noise.motor\" = 0.2\n\"worlds.choose\" = { \"arena.obstacles[0].radius_mm\" = [20.0, 40.0] }\n";
+    place.write("apart.toml", format!("{DRAWN}{drawn}"));
+    for set in ["noise.motor=0.2", "arena.obstacles[0].radius_mm=30.0"] {
+        bits(&["apart.toml", "--random", "1", "--set", set]);
+    }
+    place.write("one.toml", format!("{DRAWN}[test]\n\"noise.motor\" = 0.2\n"));
+    place.good(&[
+        "run",
+        "one.toml",
+        "--seed",
+        "3",
+        "--out",
+        "one",
+        "--quiet",
+        "--set",
+        "noise.motor=0.2",
+    ]);
+    assert_eq!(bits(&["--genomes", "one"]), bits(&["--genomes", "one", "--test"]));
     for (test, words) in [
         (
             "name = \"b\"",
@@ -614,8 +641,19 @@ fn a_test_has_values_of_its_own() {
         ),
         ("\"noise.motr\" = 0.2", "tested.toml:24:16: test: noise.motr: "),
         ("cycles = -1", "tested.toml:24:10: test: cycles: "),
-        ("cycles = 60", "test: changes nothing; allowed"),
-        ("\"robot.sensors\" = []", "test: "),
+        ("\"robot.sensors\" = []", "test: changes the genes"),
+        (
+            "\"noise.motor\" = 0.1\nnoise.motor = 0.2",
+            "test: has noise.motor twice; allowed: each key once",
+        ),
+        (
+            "\"arena.obstacles[].radius_mm\" = 30.0",
+            "allowed: the number of an element",
+        ),
+        (
+            "\"start.radius_mm\" = 900.0",
+            "tested.toml:23:1: test: makes another experiment, which is refused: ",
+        ),
     ] {
         place.write("tested.toml", format!("{DRAWN}[test]\n{test}\n"));
         place.run(&["check", "tested.toml"]).exits(3).says(&[words]);

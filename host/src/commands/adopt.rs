@@ -28,6 +28,12 @@ pub(crate) fn evolution(genomes: &Path, count: usize, episodes: u32) -> String {
 
 /// Runs the experiment with the given genomes as its only generation, each of which is a finalist.
 pub(crate) fn run(arguments: cli::Adopt, console: Console) -> Result {
+    let of_evolution = |set: &&String| set.trim_start().starts_with("evolution");
+    if let Some(set) = arguments.set.iter().find(of_evolution) {
+        return Err(Failure::input(format_args!(
+            "--set {set}: has no effect, as the given genomes are the only generation; allowed: keys of episodes, and --trials"
+        )));
+    }
     let count = count(&arguments)?;
     let episodes = arguments.trials.unwrap_or(cli::Adopt::EPISODES);
     let evolution = evolution(&arguments.genomes, count, episodes);

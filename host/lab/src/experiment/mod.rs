@@ -20,7 +20,7 @@ mod world;
 
 use std::path::Path;
 
-use oneiro::parameter::{Field, Invalid};
+use oneiro::parameter::{Datum, Field, Invalid};
 use oneiro::world::World;
 use toml::{Table, Value};
 
@@ -52,7 +52,15 @@ pub struct Experiment {
     warnings: Vec<String>,
     left_out: LeftOut,
     /// The same with the values of tests, if it has any.
-    test: Option<Box<Experiment>>,
+    test: Option<std::result::Result<Box<Experiment>, NotTested>>,
+}
+
+/// Why an experiment can't have its values of tests.
+#[derive(Clone, Debug)]
+struct NotTested {
+    problem: String,
+    /// Whether its file is wrong, and not only settings don't go with these values.
+    is_of_file: bool,
 }
 
 /// What an experiment's values make.
@@ -88,7 +96,24 @@ impl Experiment {
     pub fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
         let (mut own, source) = Self::untested(path, file, set, files)?;
         if !own.settings.test.0.is_empty() {
-            own.test = Some(Box::new(own.tested(path, file, set, files, &source)?));
+            own.test = Some(
+                own.tested(path, file, set, files, &source)
+                    .map(Box::new)
+                    .map_err(|failure| {
+                        let of_file = Self::untested(path, file, &[], files);
+                        let is_wrong =
+                            of_file.is_ok_and(|(own, source)| own.tested(path, file, &[], files, &source).is_err());
+                        NotTested {
+                            problem: failure.to_string(),
+                            is_of_file: set.is_empty() || is_wrong,
+                        }
+                    }),
+            );
+            let is_same = |test: &Self| own.difference(test, true).is_none();
+            if set.is_empty() && matches!(&own.test, Some(Ok(test)) if is_same(test)) {
+                own.warnings
+                    .push(format!("{}: {TEST}: changes nothing", source.place_of(TEST)));
+            }
         }
         Ok(own)
     }
@@ -117,10 +142,22 @@ impl Experiment {
         let refused = |problem: String| Err(source.invalid(TEST, problem));
         let (swept, others): (Vec<Setting>, _) = set.iter().cloned().partition(Setting::is_swept);
         let mut all = swept;
+        let mut keys = Vec::new();
         for (key, datum) in &self.settings.test.0 {
             let table = key.split(['.', '[']).next().unwrap_or_default();
             if !TESTED.contains(&table) {
                 return refused(format!("has {key:?}; allowed: keys of {}", TESTED.join(", ")));
+            }
+            if key.contains("[]") {
+                return refused(format!(
+                    "has {key:?}; allowed: the number of an element, as in \"arena.obstacles[0].x_mm\""
+                ));
+            }
+            for key in paths(key, datum) {
+                if keys.contains(&key) {
+                    return refused(format!("has {key} twice; allowed: each key once"));
+                }
+                keys.push(key);
             }
             let place = source.place_of(&format!("{TEST}.{key}"));
             all.push(Setting::at(
@@ -130,14 +167,24 @@ impl Experiment {
             ));
         }
         all.extend(others);
-        let (mut test, _) = Self::untested(path, file, &all, files)?;
+        let invalid = |failure: Failure| {
+            let words = failure.to_string();
+            if words.contains(&format!(": {TEST}: ")) {
+                return failure;
+            }
+            source.invalid(
+                TEST,
+                format_args!("makes another experiment, which is refused: {words}"),
+            )
+        };
+        let (mut test, _) = Self::untested(path, file, &all, files).map_err(invalid)?;
         test.settings.test = Overrides::default();
         test.values.remove(TEST);
         let other = |own: &&Input| !self.inputs.iter().any(|input| input.name == own.name);
         if let Some(input) = test.inputs.iter().find(other) {
             return refused(format!(
-                "names the file {}, which the experiment does not; allowed: its own files",
-                input.name
+                "names a file, {}, that the experiment doesn't name; allowed: files that it names too",
+                input.name.trim_start_matches(INPUTS).trim_start_matches('/')
             ));
         }
         if test.world.gene_layout() != self.world.gene_layout() {
@@ -145,19 +192,36 @@ impl Experiment {
                 "changes the genes; allowed: keys that don't, so that the same genomes can be tested".to_owned(),
             );
         }
-        if self.difference(&test, true).is_none() {
-            return refused("changes nothing; allowed: other values than in the evolution".to_owned());
-        }
         Ok(test)
+    }
+
+    /// Checks the values of tests of its file. Settings may not go with these, which matters only to those who ask for them.
+    ///
+    /// # Errors
+    /// Exit 3 if the file's values are wrong.
+    pub fn check_test(&self) -> Result {
+        match &self.test {
+            Some(Err(NotTested {
+                problem,
+                is_of_file: true,
+            })) => Err(Failure::input(problem)),
+            _ => Ok(()),
+        }
     }
 
     /// The same experiment with its values of tests, which `--test` asks for.
     ///
     /// # Errors
-    /// Exit 3 if it has none.
+    /// Exit 3 if it has none, and if settings don't go with them.
     pub fn tested_in(&self) -> Result<&Self> {
-        let problem = "the experiment has no table [test]; allowed: one with values for tests";
-        self.test.as_deref().ok_or_else(|| Failure::input(problem))
+        match &self.test {
+            Some(Ok(test)) => Ok(test),
+            Some(Err(NotTested { problem, .. })) => Err(Failure::input(problem)),
+            None => Err(Failure::input(format_args!(
+                "the experiment {} has no table [test]; allowed: one with values for tests",
+                self.name()
+            ))),
+        }
     }
 
     /// Like [`Experiment::of`], for an experiment that is a part of something else, which uses only some of its keys. Its file may also
@@ -570,6 +634,17 @@ const TEST: &str = "test";
 const TESTED: [&str; 9] = [
     "arena", "cycles", "noise", "pucks", "robot", "start", "task", "trials", "worlds",
 ];
+
+/// The keys of a value of tests, which may be a table.
+fn paths(key: &str, datum: &Datum) -> Vec<String> {
+    match datum {
+        Datum::Table(table) => {
+            let inner = |(name, datum): &(String, Datum)| paths(&format!("{key}.{name}"), datum);
+            table.iter().flat_map(inner).collect()
+        }
+        _ => vec![key.to_owned()],
+    }
+}
 
 /// The budget, and keys whose values follow from it.
 const BUDGET: &str = "evolution.episodes";

@@ -60,6 +60,11 @@ impl<'a> Parsed<'a> {
         }
     }
 
+    /// Whether the program has written it.
+    pub(crate) fn is_recorded(&self) -> bool {
+        self.is_recorded
+    }
+
     /// Whether there is a key such as `evolution.init`, or a table with this name.
     pub fn has(&self, path: &str) -> bool {
         let mut keys = path.split('.');

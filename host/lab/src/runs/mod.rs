@@ -412,5 +412,8 @@ pub fn of(
         return Ok(Arc::new(SwarmExperiment::of(path, values, set)?));
     }
     let experiment = experiment::Experiment::of(path, values, set, files)?;
+    if !values.is_recorded() {
+        experiment.check_test()?;
+    }
     Ok(Arc::new(single::Single::new(experiment, reality)))
 }

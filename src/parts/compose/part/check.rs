@@ -453,7 +453,18 @@ pub(super) fn uncalled(parts: &[compiler::Part], custom: &OwnParts) -> Refusals 
             };
             let known: Vec<_> = interface::of(*kind).functions.iter().map(Function::name).collect();
             let count: usize = users.iter().map(|part| uses(part, &[&name]).len()).sum();
-            if keyword != "fn" || known.contains(&name.as_str()) || count > 1 {
+            let mut kinds_of_file = custom.iter().filter(|each| each.part().path() == part.path);
+            let is_of_kind = kinds_of_file.any(|each| each.part().kind() == *kind);
+            let is_known = known.contains(&name.as_str());
+            if keyword != "fn" || is_known && is_of_kind || count > 1 {
+                continue;
+            }
+            if is_known {
+                let message = format!(
+                    "nothing calls `{name}` here; allowed: in the file of `{}.part`",
+                    kind.word()
+                );
+                refusals.push(refusal(&place, Rule::UncalledFunction, message));
                 continue;
             }
             let meant = nearest(known.iter().copied(), &name);
