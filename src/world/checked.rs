@@ -38,7 +38,7 @@ struct Checked {
     choice: Variants,
 }
 
-/// The numbers that are drawn for a world's variants.
+/// The drawn numbers of a world's variants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnNumbers {
     /// The numbers' keys, such as `arena.obstacles[0].x_mm`, and of a pair of numbers `noise.sensor[0]` and `[1]`; and their units.
@@ -195,7 +195,7 @@ impl World {
         }
     }
 
-    /// The numbers that are drawn for its variants; no keys if none is.
+    /// The drawn numbers of its variants; no keys if none is drawn.
     pub fn drawn(&self) -> DrawnNumbers {
         // The world was made with them.
         let keys = self.spec().drawn(self.0.choice).unwrap_or_default();

@@ -1448,6 +1448,10 @@ fn misspelt_functions_are_refused() {
     for (head, end) in [
         ("fn task_beginn() {}", "did you mean `task_begin`? [uncalled-function]"),
         (
+            "fn sensor_ends() {}",
+            "nothing calls `sensor_ends` here; allowed: in the file of `sensor.part` [uncalled-function]",
+        ),
+        (
             "fn sensor_start() {}",
             "names don't begin with `sensor_` [uncalled-function]",
         ),

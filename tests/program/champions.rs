@@ -456,14 +456,9 @@ fn traces_say_what_noise_does() {
     }
 }
 
-/// Without noise, lives from the same start are identical; with noise they differ.
-/// Drawn noise is also left out; a setting of a drawn number would have no effect.
-#[test]
-fn drawn_noise_is_noise_and_drawn_numbers_are_not_set() {
-    let place = Place::new("drawn");
-    place.write(
-        "varied.toml",
-        "cycles = 60
+/// A robot among drawn obstacles.
+const DRAWN: &str = "cycles = 60
+trials = 2
 [robot]
 preset = \"epuck\"
 [arena]
@@ -476,12 +471,21 @@ x_mm = 100.0
 y_mm = 100.0
 radius_mm = 40.0
 [worlds]
-count = 8
+count = 5
 [worlds.vary]
-\"arena.obstacles[].x_mm\" = [250.0, 750.0]
+\"arena.obstacles[].x_mm\" = [250.0, 400.0]
 \"noise.sensor\" = [[-0.05, 0.0], [0.0, 0.05]]
-",
-    );
+[evolution]
+population = 4
+generations = 2
+finalists = 0
+";
+
+/// Drawn noise is also left out; a setting of a drawn number would have no effect.
+#[test]
+fn drawn_noise_is_noise_and_drawn_numbers_are_not_set() {
+    let place = Place::new("drawn");
+    place.write("varied.toml", DRAWN);
     let bits = |more: &[&str]| {
         let table = place.good(
             &[
@@ -519,31 +523,6 @@ count = 8
     let said = place.good(&["check", "varied.toml"]);
     assert!(said.contains("; noise.sensor drawn for each world"), "{said}");
 }
-
-/// A robot among drawn obstacles.
-const DRAWN: &str = "cycles = 60
-trials = 2
-[robot]
-preset = \"epuck\"
-[arena]
-width_mm = 1000.0
-height_mm = 700.0
-obstacles = [{ x_mm = 400.0, y_mm = 350.0, radius_mm = 40.0 }]
-[start]
-kind = \"zone\"
-x_mm = 100.0
-y_mm = 100.0
-radius_mm = 40.0
-[worlds]
-count = 5
-[worlds.vary]
-\"arena.obstacles[].x_mm\" = [250.0, 400.0]
-\"noise.sensor\" = [[-0.05, 0.0], [0.0, 0.05]]
-[evolution]
-population = 4
-generations = 2
-finalists = 0
-";
 
 #[test]
 fn a_test_has_values_of_its_own() {
@@ -660,9 +639,9 @@ fn a_test_has_values_of_its_own() {
     }
 }
 
-/// What is drawn for the worlds of an episode is in a table beside its trace.
+/// A table next to the traces has the numbers of the episodes' worlds.
 #[test]
-fn drawn_numbers_are_written_beside_traces() {
+fn drawn_numbers_are_written_with_traces() {
     let place = Place::new("drawn-numbers");
     place.write("drawn.toml", DRAWN);
     let trials = ["--trials", "6", "--seed", "2", "--traces", "traces"];
@@ -671,12 +650,18 @@ fn drawn_numbers_are_written_beside_traces() {
     let (head, worlds) = table(&text);
     assert_eq!(
         head,
-        ["world", "arena.obstacles[0].x_mm", "noise.sensor[0]", "noise.sensor[1]"]
+        [
+            "world",
+            "arena.obstacles[0].x_mm",
+            "arena.obstacles[1].x_mm",
+            "noise.sensor[0]",
+            "noise.sensor[1]"
+        ]
     );
     assert_eq!(worlds.len(), 5);
     for (number, world) in worlds.iter().enumerate() {
         assert_eq!(world[0], number.to_string());
-        let ranges = [250.0..=400.0, -0.05..=0.0, 0.0..=0.05];
+        let ranges = [250.0..=400.0, 250.0..=400.0, -0.05..=0.0, 0.0..=0.05];
         for (range, value) in ranges.iter().zip(&world[1..]) {
             assert!(range.contains(&value.parse::<f32>().unwrap()), "{world:?}");
         }
@@ -686,9 +671,11 @@ fn drawn_numbers_are_written_beside_traces() {
     place.write("plain.toml", plain);
     let (trial, row) = (4, &rows[4]);
     let own = &worlds[row["world"].as_u64().unwrap() as usize];
-    let x = format!("arena.obstacles=[{{x_mm={}, y_mm=350.0, radius_mm=40.0}}]", own[1]);
-    let noise = format!("noise.sensor=[{}, {}]", own[2], own[3]);
-    let set = ["--set", &x, "--set", &noise, "--seed", "2", "--trials", "6"];
+    let [x, other] = [1, 2].map(|at| format!("arena.obstacles[{}].x_mm={}", at - 1, own[at]));
+    let noise = format!("noise.sensor=[{}, {}]", own[3], own[4]);
+    let set = [
+        "--set", &x, "--set", &other, "--set", &noise, "--seed", "2", "--trials", "6",
+    ];
     let again = place.evaluate(&[&["plain.toml", "--random", "2"], &set[..]].concat());
     assert_eq!(again[trial]["bits"], row["bits"]);
     // Starts that vary have their number.
@@ -699,6 +686,7 @@ fn drawn_numbers_are_written_beside_traces() {
     assert_eq!(place.text("poses/worlds.csv"), "world,poses\n0,0\n1,1\n");
 }
 
+/// Without noise, lives from the same start are identical; with noise they differ.
 #[test]
 fn noise_can_be_switched_off() {
     let place = Place::new("noise");

@@ -855,7 +855,7 @@ fn a_thymio_computes_what_its_program_says() {
     });
 }
 
-/// A world ends an episode by itself, not as the controller that it is written beside says.
+/// A written world ends an episode by itself, not when the controller would end it.
 #[test]
 fn a_controller_that_ends_episodes_has_no_world() {
     let place = Place::new("export-end");

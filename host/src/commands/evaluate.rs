@@ -238,7 +238,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         };
         arguments.noise == Noise::On && !arguments.population && run.experiment().is_ok_and(is_own)
     };
-    let test = if arguments.test { " --test" } else { "" };
+    let test = test_typed(arguments);
     let start = match worlds[0].spec().start {
         Start::At { x, y, heading } if arguments.starts.is_some() => format!(" --start {x},{y},{heading}"),
         _ => String::new(),
@@ -269,6 +269,11 @@ fn shell(path: &Path) -> String {
     files::for_shell(&path.display().to_string())
 }
 
+/// The option of tests, if it is given.
+fn test_typed(arguments: &Evaluate) -> &'static str {
+    if arguments.test { " --test" } else { "" }
+}
+
 /// The arguments that name the best of the same genomes.
 fn retyped(arguments: &Evaluate) -> String {
     let experiment = arguments
@@ -279,7 +284,7 @@ fn retyped(arguments: &Evaluate) -> String {
     let genomes: Vec<String> = arguments.genomes.iter().map(|path| shell(path)).collect();
     format!(
         "{experiment}--best{}{} --genomes {}",
-        if arguments.test { " --test" } else { "" },
+        test_typed(arguments),
         settings_typed(&arguments.set),
         genomes.join(" ")
     )

@@ -13,6 +13,7 @@ pub mod settings;
 pub mod source;
 pub mod start;
 pub mod swarm;
+mod tested;
 #[cfg(any(test, feature = "testing"))]
 pub mod tried;
 pub mod values;
@@ -20,7 +21,7 @@ mod world;
 
 use std::path::Path;
 
-use oneiro::parameter::{Datum, Field, Invalid};
+use oneiro::parameter::{Field, Invalid};
 use oneiro::world::World;
 use toml::{Table, Value};
 
@@ -36,8 +37,9 @@ use oneiro_evolve as evolve;
 use oneiro_evolve::settings::{Course, Episodes, Kind, MOST_GENERATIONS};
 use oneiro_evolve::{Evolution, Population};
 pub use settings::GREATEST_SEED;
-use settings::{Overrides, Settings, Transfer};
+use settings::{Settings, Transfer};
 use source::{LeftOut, Parsed, Setting, Source};
+use tested::{NotTested, TEST};
 
 /// A checked experiment, its world, and the files that it names.
 #[derive(Clone, Debug)]
@@ -53,14 +55,6 @@ pub struct Experiment {
     left_out: LeftOut,
     /// The same with the values of tests, if it has any.
     test: Option<std::result::Result<Box<Experiment>, NotTested>>,
-}
-
-/// Why an experiment can't have its values of tests.
-#[derive(Clone, Debug)]
-struct NotTested {
-    problem: String,
-    /// Whether its file is wrong, and not only settings don't go with these values.
-    is_of_file: bool,
 }
 
 /// What an experiment's values make.
@@ -96,23 +90,19 @@ impl Experiment {
     pub fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
         let (mut own, source) = Self::untested(path, file, set, files)?;
         if !own.settings.test.0.is_empty() {
-            own.test = Some(
-                own.tested(path, file, set, files, &source)
-                    .map(Box::new)
-                    .map_err(|failure| {
-                        let of_file = Self::untested(path, file, &[], files);
-                        let is_wrong =
-                            of_file.is_ok_and(|(own, source)| own.tested(path, file, &[], files, &source).is_err());
-                        NotTested {
-                            problem: failure.to_string(),
-                            is_of_file: set.is_empty() || is_wrong,
-                        }
-                    }),
-            );
+            let test = own.tested(path, file, set, files, &source).map(Box::new);
+            own.test = Some(test.map_err(|failure| {
+                let of_file = Self::untested(path, file, &[], files);
+                let is_wrong = of_file.is_ok_and(|(own, source)| own.tested(path, file, &[], files, &source).is_err());
+                NotTested {
+                    problem: failure.to_string(),
+                    is_of_file: set.is_empty() || is_wrong,
+                }
+            }));
             let is_same = |test: &Self| own.difference(test, true).is_none();
             if set.is_empty() && matches!(&own.test, Some(Ok(test)) if is_same(test)) {
-                own.warnings
-                    .push(format!("{}: {TEST}: changes nothing", source.place_of(TEST)));
+                let place = source.place_of(TEST);
+                own.warnings.push(format!("{place}: {TEST}: changes nothing"));
             }
         }
         Ok(own)
@@ -127,100 +117,6 @@ impl Experiment {
                 Made::Whole(experiment) => return Ok((*experiment, source)),
                 Made::Without(needless) => needless.iter().for_each(|path| values::remove(&mut given, path)),
             }
-        }
-    }
-
-    /// This experiment with its values of tests, which settings override, except for those that a sweep varies.
-    fn tested(
-        &self,
-        path: &Path,
-        file: &Parsed<'_>,
-        set: &[Setting],
-        files: &Files,
-        source: &Source<'_>,
-    ) -> Result<Self> {
-        let refused = |problem: String| Err(source.invalid(TEST, problem));
-        let (swept, others): (Vec<Setting>, _) = set.iter().cloned().partition(Setting::is_swept);
-        let mut all = swept;
-        let mut keys = Vec::new();
-        for (key, datum) in &self.settings.test.0 {
-            let table = key.split(['.', '[']).next().unwrap_or_default();
-            if !TESTED.contains(&table) {
-                return refused(format!("has {key:?}; allowed: keys of {}", TESTED.join(", ")));
-            }
-            if key.contains("[]") {
-                return refused(format!(
-                    "has {key:?}; allowed: the number of an element, as in \"arena.obstacles[0].x_mm\""
-                ));
-            }
-            for key in paths(key, datum) {
-                if keys.contains(&key) {
-                    return refused(format!("has {key} twice; allowed: each key once"));
-                }
-                keys.push(key);
-            }
-            let place = source.place_of(&format!("{TEST}.{key}"));
-            all.push(Setting::at(
-                format!("{place}: {TEST}"),
-                key,
-                &values::value(datum, None),
-            ));
-        }
-        all.extend(others);
-        let invalid = |failure: Failure| {
-            let words = failure.to_string();
-            if words.contains(&format!(": {TEST}: ")) {
-                return failure;
-            }
-            source.invalid(
-                TEST,
-                format_args!("makes another experiment, which is refused: {words}"),
-            )
-        };
-        let (mut test, _) = Self::untested(path, file, &all, files).map_err(invalid)?;
-        test.settings.test = Overrides::default();
-        test.values.remove(TEST);
-        let other = |own: &&Input| !self.inputs.iter().any(|input| input.name == own.name);
-        if let Some(input) = test.inputs.iter().find(other) {
-            return refused(format!(
-                "names a file, {}, that the experiment doesn't name; allowed: files that it names too",
-                input.name.trim_start_matches(INPUTS).trim_start_matches('/')
-            ));
-        }
-        if test.world.gene_layout() != self.world.gene_layout() {
-            return refused(
-                "changes the genes; allowed: keys that don't, so that the same genomes can be tested".to_owned(),
-            );
-        }
-        Ok(test)
-    }
-
-    /// Checks the values of tests of its file. Settings may not go with these, which matters only to those who ask for them.
-    ///
-    /// # Errors
-    /// Exit 3 if the file's values are wrong.
-    pub fn check_test(&self) -> Result {
-        match &self.test {
-            Some(Err(NotTested {
-                problem,
-                is_of_file: true,
-            })) => Err(Failure::input(problem)),
-            _ => Ok(()),
-        }
-    }
-
-    /// The same experiment with its values of tests, which `--test` asks for.
-    ///
-    /// # Errors
-    /// Exit 3 if it has none, and if settings don't go with them.
-    pub fn tested_in(&self) -> Result<&Self> {
-        match &self.test {
-            Some(Ok(test)) => Ok(test),
-            Some(Err(NotTested { problem, .. })) => Err(Failure::input(problem)),
-            None => Err(Failure::input(format_args!(
-                "the experiment {} has no table [test]; allowed: one with values for tests",
-                self.name()
-            ))),
         }
     }
 
@@ -626,23 +522,6 @@ impl Experiment {
             evolution.remove("finalist_lives");
         }
         Identities::new(&text(&values))
-    }
-}
-
-/// The table of values of tests, and the tables and keys that it may have: those of episodes.
-const TEST: &str = "test";
-const TESTED: [&str; 9] = [
-    "arena", "cycles", "noise", "pucks", "robot", "start", "task", "trials", "worlds",
-];
-
-/// The keys of a value of tests, which may be a table.
-fn paths(key: &str, datum: &Datum) -> Vec<String> {
-    match datum {
-        Datum::Table(table) => {
-            let inner = |(name, datum): &(String, Datum)| paths(&format!("{key}.{name}"), datum);
-            table.iter().flat_map(inner).collect()
-        }
-        _ => vec![key.to_owned()],
     }
 }
 

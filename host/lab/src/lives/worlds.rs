@@ -15,7 +15,7 @@ static POSES: Column = Column::whole(
 
 /// The file of a directory with such episodes.
 pub fn entry(columns: &[Column]) -> Entry {
-    let about = "with `[worlds]` or several `start.poses`: one row per world of which episodes take one, with its numbers that are drawn, by their keys";
+    let about = "with `[worlds]` or several `start.poses`: one row per world of which episodes take one, with its drawn numbers by their keys";
     Entry::table(FILE, about, columns)
 }
 
@@ -24,7 +24,7 @@ pub fn first_columns() -> [Column; 2] {
     [WORLD.clone(), POSES.clone()]
 }
 
-/// The table: a row for each world, with the numbers that are drawn for it.
+/// The table: a row for each world, with its drawn numbers.
 #[derive(Debug)]
 pub struct WorldTable {
     drawn: DrawnNumbers,

@@ -556,7 +556,7 @@ fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: Str
         };
         parts = with(parts, shipped(entry));
     }
-    // Whoever else may end an episode is asked beside the task.
+    // Other parts that may end an episode are asked after the task.
     for own in custom.iter().filter(|own| own.part.kind != Kind::Task) {
         let Some(end) = own.part.end_function() else { continue };
         let word = own.part.kind.word();
