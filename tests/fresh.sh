@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# fresh.sh [SUITE]...: runs the README's two commands from nothing, in a bare root of each Debian suite (by default Debian 12 and 13)
-# that has a C compiler, git and this machine's Rust toolchain, and nothing else. It tests the last commit. Needs root,
-# mmdebstrap and a network; 12 GB in the build folder, and half an hour for each suite on two quiet cores.
+# fresh.sh [--times N] [SUITE]...: runs the README's two commands from nothing, in a bare root of each Debian suite (by default Debian
+# 12 and 13) that has a C compiler, git and this machine's Rust toolchain, and nothing else; then again there, until they have passed N
+# times in a row (by default once). It tests the last commit. Needs root, mmdebstrap and a network; 12 GB in the build folder, and for
+# each suite on two quiet cores three quarters of an hour, and half an hour for each further time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
@@ -10,6 +11,11 @@ cd "$(dirname "$0")/.."
     exit 1
 }
 command -v mmdebstrap >/dev/null || install mmdebstrap
+times=1
+[ "${1:-}" != --times ] || {
+    times=$2
+    shift 2
+}
 suites=("$@")
 [ $# -gt 0 ] || suites=(bookworm trixie)
 folder=$(realpath -m "${CARGO_TARGET_DIR:-target}/fresh")
@@ -53,15 +59,17 @@ for suite in "${suites[@]}"; do
     cp /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/"
     mkdir -p "$root/opt/rust"
     git clone --quiet . "$root/root/oneiro"
-    for command in "${commands[@]}"; do
-        began=$SECONDS
-        echo "$suite: $command"
-        inside "$root" "$command" >"$folder/$suite.log" 2>&1 || {
-            tail -n 50 "$folder/$suite.log"
-            echo "$suite: $command failed; all that it printed is in $folder/$suite.log" >&2
-            exit 1
-        }
-        echo "$suite: passed in $((SECONDS - began)) s"
+    for ((time = 1; time <= times; time++)); do
+        for command in "${commands[@]}"; do
+            began=$SECONDS
+            echo "$suite, $time of $times: $command"
+            inside "$root" "$command" >"$folder/$suite.log" 2>&1 || {
+                tail -n 50 "$folder/$suite.log"
+                echo "$suite: $command failed; all that it printed is in $folder/$suite.log" >&2
+                exit 1
+            }
+            echo "$suite: passed in $((SECONDS - began)) s"
+        done
     done
     rm -rf "$root"
 done
