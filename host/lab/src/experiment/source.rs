@@ -305,9 +305,18 @@ impl<'a> Source<'a> {
     }
 
     /// Error for a value that isn't allowed; `problem` names the value and the allowed ones. The place is that of the
-    /// key, or of the nearest existing table around it.
+    /// key, or of the nearest existing table around it. A table's problem may be in what settings add to it, which are named too.
     pub fn invalid(&self, key: &str, problem: impl Display) -> Failure {
-        refused(&self.place_of(key), format_args!("{key}: {problem}"))
+        let mut places = vec![self.place_of(key)];
+        let is_within = |path: &str| path.strip_prefix(key).is_some_and(|rest| rest.starts_with('.'));
+        for within in self.keys().iter().filter(|known| is_within(&known.path)) {
+            if let Some(setting) = self.setting(within.value.start)
+                && !places.contains(&setting.name)
+            {
+                places.push(setting.name.clone());
+            }
+        }
+        refused(&places.join(", "), format_args!("{key}: {problem}"))
     }
 
     /// Checks the range of a value.

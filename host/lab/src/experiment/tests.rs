@@ -912,6 +912,13 @@ fn refusals_of_settings_name_the_setting() {
     // A problem in the file is still reported with its line.
     let message = refusal(&scratch, "cycles = 10\n[noise]\nmotor = 5", &["cycles=3"]);
     assert!(message.starts_with("test.toml:3:9: noise.motor"), "{message}");
+    // One in a table of the file may come from what a setting adds.
+    let text = "[robot]\npreset = \"epuck\"\n[start]\nkind = \"at\"\nx_mm = 100\ny_mm = 90\n\
+                [worlds]\ncount = 3\n[worlds.vary]\n\"start.x_mm\" = [90, 95]";
+    let set = "worlds.vary={\"start.y_mm\" = [9e4, 9e4]}";
+    let message = refusal(&scratch, text, &[set]);
+    let expected = format!("test.toml:7:1, --set {set}: worlds: makes world 0 of 3 invalid: ");
+    assert!(message.starts_with(&expected), "{message}");
 }
 
 /// Files are found relative to the experiment, and a run's copies are checked by their hashes.

@@ -259,13 +259,16 @@ impl SweepFile {
         self.axes.iter().map(|axis| axis.levels.len()).product()
     }
 
-    /// Number of cells that have a value of a swept key; none if it isn't swept.
-    pub(crate) fn cells_with(&self, key: &str) -> Option<usize> {
-        self.axes.iter().find_map(|axis| {
-            let index = axis.keys.iter().position(|own| own == key)?;
-            let levels = axis.levels.iter().filter(|level| level[index].is_some()).count();
-            Some(self.cells() / axis.levels.len() * levels)
-        })
+    /// Place of a swept key's value in a cell.
+    pub(crate) fn place_in(&self, cell: usize, key: &str) -> Option<&str> {
+        let (_, value) = self.keys().zip(self.values(cell)).find(|(own, _)| *own == key)?;
+        value.map(|(_, place)| place.as_str())
+    }
+
+    /// Number of cells that have a swept key's value from this place.
+    pub(crate) fn cells_with(&self, key: &str, place: &str) -> usize {
+        let cells = 0..self.cells();
+        cells.filter(|cell| self.place_in(*cell, key) == Some(place)).count()
     }
 
     /// The swept keys, in the order of the axes.

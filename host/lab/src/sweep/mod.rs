@@ -292,12 +292,13 @@ impl Sweep {
             shown: first.shown(),
             robot_time: None,
         };
-        // Why settings were left out, and in how many cells.
-        let mut unused: BTreeMap<String, (String, usize)> = BTreeMap::new();
-        for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots, episodes, spent) = cell?;
+        // Why values were left out, and in how many of the cells that have them.
+        let mut unused: BTreeMap<_, (String, usize)> = BTreeMap::new();
+        for (cell, of_cell) in all.into_iter().enumerate() {
+            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots, episodes, spent) = of_cell?;
             for (path, refusal) in left_out {
-                unused.entry(path).or_insert((refusal, 0)).1 += 1;
+                let place = self.file.place_in(cell, &path);
+                unused.entry((path, place)).or_insert((refusal, 0)).1 += 1;
             }
             if let Some(time) = robots {
                 plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
@@ -319,8 +320,10 @@ impl Sweep {
             plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);
         }
-        let is_used = |path: &str, unused: usize| unused < self.file.cells_with(path).unwrap_or(cells);
-        let unused = unused.into_iter().find(|(path, (_, unused))| !is_used(path, *unused));
+        let having = |path: &str, place: Option<&str>| place.map_or(cells, |place| self.file.cells_with(path, place));
+        let unused = unused
+            .into_iter()
+            .find(|((path, place), (_, unused))| *unused >= having(path, *place));
         if let Some((_, (refusal, _))) = unused {
             return Err(Failure::input(format_args!("{refusal}; no cell of the sweep uses it")));
         }
