@@ -402,7 +402,11 @@ impl Worlds {
     }
 
     /// Whether both have the same packed worlds, even if they were packed separately.
-    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+    #[cfg(all(
+        feature = "compose",
+        any(feature = "gpu", feature = "native"),
+        not(target_family = "wasm")
+    ))]
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0) || self.0.packed.is_same(&other.0.packed)
     }
@@ -463,7 +467,11 @@ impl Batch {
         Worlds::new(worlds)?.batch(rollouts, trace)
     }
 
-    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+    #[cfg(all(
+        feature = "compose",
+        any(feature = "gpu", feature = "native"),
+        not(target_family = "wasm")
+    ))]
     /// The worlds of its episodes.
     pub(crate) fn worlds(&self) -> &Worlds {
         &self.worlds

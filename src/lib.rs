@@ -41,7 +41,8 @@ pub mod differential {
     pub use crate::world::differential::*;
 }
 
-#[cfg(all(feature = "compose", panic = "abort"))]
+// In a browser, a page begins anew.
+#[cfg(all(feature = "compose", panic = "abort", not(target_family = "wasm")))]
 compile_error!(
     "what naga panics about must be refused: the feature `compose` needs `panic = \"unwind\"`, as in the profile `robot-compose`"
 );

@@ -103,6 +103,7 @@ say "pages in browsers"
 cargo build --release --locked
 tests/pages.sh
 tests/web.sh target/release/oneiro
+long --lib --exclude oneiro-shaders random_kernels_do_in_node -- --ignored --nocapture
 
 say "whatever pages and experiments tell a user to type"
 long --test program documented:: -- --nocapture

@@ -1,5 +1,6 @@
 // web.mjs SITE PROGRAM: runs experiments in the module for browsers and in the program, and compares the hashes of their results: of
-// one robot with 1, 2 and 8 workers, with and without vectors; of foragers, and of the optimisers that need no custom parts. Prints speed, size and memory.
+// one robot with 1, 2 and 8 workers, with and without vectors; of the optimisers; and of all shipped experiments, shortened. Compares operations
+// between the module's codes. Prints speed, size and memory.
 import assert from 'node:assert';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -68,7 +69,7 @@ async function together(module, request, seed, workers) {
 
 const speed = ({ steps, seconds }) => `${(steps / seconds / 1e6).toFixed(1)} M steps/s, ${seconds.toFixed(2)} s`;
 const modules = {};
-for (const name of ['oneiro', 'oneiro-scalar']) {
+for (const name of ['oneiro', 'oneiro-compose', 'oneiro-scalar']) {
     let bytes;
     try {
         bytes = readFileSync(join(site, `${name}.wasm`));
@@ -109,16 +110,31 @@ const kinds = {
     novelty: [axes(false), 'evolution.parents=4'],
     'map-elites': [axes(true)],
 };
-const others = [
-    ['odowd2014-over', ['swarm.minutes=2']],
-    ...Object.entries(kinds).map(([kind, set]) => ['khepera-avoidance', [`evolution.kind=${kind}`, ...short, ...set]]),
-];
-for (const [name, set] of others) {
+for (const [kind, own] of Object.entries(kinds)) {
+    const [name, set] = ['khepera-avoidance', [`evolution.kind=${kind}`, ...short, ...own]];
     const request = requested(name, set);
     const { result } = native(request, 3);
     assert.equal(alone(module, request, 3n).result, result, `${name} ${set[0]}`);
     assert.equal((await together(module, request, 3n, 2)).result, result, `${name} ${set[0]}, 2 workers`);
     console.log(`${name}, ${set[0]}: the program's hash`);
+}
+
+// Every operation and function, also by the code that is compiled there.
+const { codes, compared, differing } = new Instance(modules['oneiro-compose']).json('selftest');
+assert.deepEqual(differing, []);
+assert.ok(compared > 500_000 && codes.includes('native128x16') && codes.includes('interpretedx1'), `${compared}, ${codes}`);
+console.log(`${compared} results by ${codes.join(', ')}: none differs`);
+
+// What is composed of parts is compiled there.
+for (const { name, files: [[, text]] } of new Instance(module).json('examples')) {
+    const isForaging = /^\[swarm/m.test(text);
+    const set = isForaging ? ['swarm.minutes=30'] : ['cycles=60', 'evolution.episodes=2500', 'evolution.finalists=0'];
+    const request = requested(name, set);
+    const { result } = native(request, 3);
+    const began = performance.now();
+    const run = alone(modules['oneiro-compose'], request, 3n);
+    assert.equal(run.result, result, name);
+    console.log(`${name}: the program's hash after ${((performance.now() - began) / 1e3).toFixed(1)} s, ${speed(run)}`);
 }
 
 // Bad input gets the program's message and exit code.

@@ -41,21 +41,23 @@ unpacked() {
 [ -d "$(rustc --print sysroot)/lib/rustlib/$target" ] || unpacked
 
 rm -rf "$site"
-mkdir -p "$site/experiments"
-# One module for engines with vectors of 128 bits, and one for those without.
+mkdir -p "$site"
+# One module for engines with vectors of 128 bits, one that also compiles, and one for engines without such vectors. What is compiled at run
+# time is added to the module's table of functions.
 build() {
+    local name=$1 vectors=$2
+    shift 2
     # There are no random numbers of the system: a run has its seed.
-    RUSTFLAGS="-C target-feature=$2simd128 --cfg getrandom_backend=\"unsupported\"" cargo build "${options[@]}"
-    cp "$CARGO_TARGET_DIR/$target/web/oneiro_web.wasm" "$site/$1.wasm"
+    RUSTFLAGS="-C target-feature=${vectors}simd128 -C link-arg=--export-table -C link-arg=--growable-table --cfg getrandom_backend=\"unsupported\"" \
+        cargo build "${options[@]}" "$@"
+    cp "$CARGO_TARGET_DIR/$target/web/oneiro_web.wasm" "$site/$name.wasm"
 }
 build oneiro +
+build oneiro-compose + --features oneiro-web/compose
 [ "${ONEIRO_WEB_SCALAR:-1}" = 0 ] || build oneiro-scalar -
 cp web/site/* "$site/"
 # The style of all pages, and what this page adds.
 cat host/report/src/components/page.css web/site/page.css > "$site/page.css"
-while read -r name; do
-    cp "experiments/$name.toml" "$site/experiments/"
-done < <(sed -n "s/^    '\(.*\)',$/\1/p" web/site/examples.js)
 wc -c "$site"/*.wasm
 for module in "$site"/*.wasm; do
     gzip -9c "$module" | wc -c

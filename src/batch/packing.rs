@@ -110,7 +110,11 @@ pub(crate) struct Packed {
 
 impl Packed {
     /// Whether both have the same words.
-    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+    #[cfg(all(
+        feature = "compose",
+        any(feature = "gpu", feature = "native"),
+        not(target_family = "wasm")
+    ))]
     pub(super) fn is_same(&self, other: &Self) -> bool {
         fn words(packed: &Packed) -> ([&[u32]; 2], &[[u32; 4]]) {
             let of_lists = [

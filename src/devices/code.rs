@@ -4,7 +4,10 @@
 mod interpreted;
 #[allow(clippy::duplicate_mod, reason = "what is absent is absent alike")]
 #[cfg_attr(
-    not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
+    not(all(
+        feature = "native",
+        any(target_arch = "x86_64", target_arch = "aarch64", target_family = "wasm")
+    )),
     path = "code/absent.rs"
 )]
 mod native;

@@ -1,11 +1,19 @@
 //! Variants of kernels for one world each, and when they are made.
 
-#[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+#[cfg(all(
+    feature = "compose",
+    any(feature = "gpu", feature = "native"),
+    not(target_family = "wasm")
+))]
 mod compiled;
 
 use std::str::FromStr;
 
-#[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+#[cfg(all(
+    feature = "compose",
+    any(feature = "gpu", feature = "native"),
+    not(target_family = "wasm")
+))]
 pub(super) use compiled::*;
 
 /// When kernels of GPUs, and those that processors run by code compiled at run time, are specialised: compiled again for one world,

@@ -12,7 +12,22 @@ export class Refusal extends Error {
 export class Instance {
     /** @param {WebAssembly.Module} module */
     constructor(module) {
-        this.calls = new WebAssembly.Instance(module, {}).exports;
+        /** Places in the module's table of functions that nobody needs any more. @type {number[]} */
+        const free = [];
+        /** Adds the function of a module that was compiled at run time. @param {number} at @param {number} length */
+        const install = (at, length) => {
+            const { memory, __indirect_function_table: table } = this.calls;
+            const code = new WebAssembly.Module(new Uint8Array(memory.buffer, at >>> 0, length));
+            const place = free.pop() ?? table.grow(1);
+            table.set(place, new WebAssembly.Instance(code, { oneiro: { memory } }).exports.run);
+            return place;
+        };
+        /** @param {number} place */
+        const remove = (place) => {
+            this.calls.__indirect_function_table.set(place, null);
+            free.push(place);
+        };
+        this.calls = new WebAssembly.Instance(module, { oneiro: { install, remove } }).exports;
     }
 
     /** Writes bytes to where the next call reads them. @param {Uint8Array} bytes */
@@ -23,7 +38,13 @@ export class Instance {
 
     /** A copy of what a call returned. @param {string} name @param {...(number | bigint)} numbers @returns {Uint8Array} */
     take(name, ...numbers) {
-        const code = this.calls[name](...numbers);
+        let code;
+        try {
+            code = this.calls[name](...numbers);
+        } catch (error) {
+            if (!(error instanceof WebAssembly.RuntimeError)) throw error;
+            code = 70;
+        }
         const [at, length] = [this.calls.output() >>> 0, this.calls.output_length() >>> 0];
         const bytes = new Uint8Array(this.calls.memory.buffer, at, length).slice();
         if (code !== 0) throw new Refusal(new TextDecoder().decode(bytes), code);
@@ -88,6 +109,7 @@ export class Part {
 /** Answers a message to a worker, given the part that it has, if any. @returns {[Part, any]} */
 export function answer(part, { call, given }) {
     try {
+        if (call === 'examples' || call === 'selftest') return [part, new Instance(given).json(call)];
         if (call === 'begin') {
             part = new Part(given.module, given.part, given.parts);
             return [part, part.begin(given.request, given.seed)];

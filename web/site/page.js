@@ -1,4 +1,3 @@
-import { EXAMPLES } from './examples.js';
 import { Pool } from './pool.js';
 
 /** @param {string} id @returns {any} */
@@ -10,7 +9,9 @@ const VECTORS = new Uint8Array([
 /** Most steps between two drawings of the curve take this long, ms. */
 const FRAME = 100;
 
-let module, pool, about, finished;
+/** Shipped experiments: of each its name, what it is about, and its files. @type {{ name: string, about: string, files: [string, string][] }[]} */
+let examples = [];
+let pool, about, finished;
 let isRunning = false;
 
 function say(text, isBad = false) {
@@ -18,10 +19,17 @@ function say(text, isBad = false) {
     at('message').classList.toggle('bad', isBad);
 }
 
-async function compiled() {
-    const name = WebAssembly.validate(VECTORS) ? 'oneiro.wasm' : 'oneiro-scalar.wasm';
+/** Modules that this engine runs: the second also compiles parts, swarms and other robots, and is loaded when the first one refuses. */
+const MODULES = WebAssembly.validate(VECTORS) ? ['oneiro', 'oneiro-compose'] : ['oneiro-scalar'];
+/** @type {Map<string, WebAssembly.Module>} */
+const loaded = new Map();
+
+/** @param {string} name */
+async function loadedModule(name) {
     // Plain file servers may not know the type of such files, which streaming compilation needs.
-    return WebAssembly.compile(await (await fetch(name)).arrayBuffer());
+    const compile = async () => WebAssembly.compile(await (await fetch(`${name}.wasm`)).arrayBuffer());
+    if (!loaded.has(name)) loaded.set(name, await compile());
+    return loaded.get(name);
 }
 
 /** A worker that answers one message at a time. */
@@ -36,22 +44,33 @@ function worker() {
     return { ask, end: () => own.terminate() };
 }
 
+/** The fields of the files that the experiment names. @returns {HTMLTextAreaElement[]} */
+const parts = () => [...at('files').querySelectorAll('textarea')];
+
 function request() {
     const set = at('set').value.split('\n').map((line) => line.trim());
-    return { name: `${at('example').value}.toml`, text: at('text').value, set: set.filter((line) => line !== '') };
+    const files = Object.fromEntries(parts().map((field) => [field.name, field.value]));
+    return { name: `${at('example').value}.toml`, text: at('text').value, set: set.filter((line) => line !== ''), files };
 }
 
 /** Begins the run of what the form says. */
 async function begin() {
     const seed = at('seed').value.trim();
     if (!/^\d{1,19}$/.test(seed)) throw new Error(`the seed is ${seed}; allowed: a whole number from 0 on`);
-    pool?.end();
     const count = Math.min(Math.max(Math.trunc(at('workers').valueAsNumber) || 1, 1), 64);
-    pool = new Pool(Array.from({ length: count }, worker));
     finished = undefined;
     at('done').hidden = true;
-    module ??= await compiled();
-    about = await pool.begin(module, request(), BigInt(seed));
+    for (const name of MODULES) {
+        pool?.end();
+        pool = new Pool(Array.from({ length: count }, worker));
+        try {
+            about = await pool.begin(await loadedModule(name), request(), BigInt(seed));
+            break;
+        } catch (error) {
+            if (name === MODULES.at(-1)) throw error;
+            say('Loading the compiler.');
+        }
+    }
     at('run').hidden = false;
     say(about.warnings.join('\n'));
 }
@@ -135,8 +154,26 @@ async function advance(isOneStep) {
 
 /** What the form says, for the address's fragment. */
 function fragment() {
-    const { name, text, set } = request();
-    return new URLSearchParams({ example: name.replace(/\.toml$/, ''), text, set: set.join('\n'), seed: at('seed').value }).toString();
+    const { name, text, set, files } = request();
+    const edited = Object.entries(files).filter(([file, own]) => !shipped().some(([other, first]) => other === file && first === own));
+    return new URLSearchParams({
+        example: name.replace(/\.toml$/, ''), text, set: set.join('\n'), seed: at('seed').value, files: JSON.stringify(Object.fromEntries(edited)),
+    }).toString();
+}
+
+/** The files of the chosen example, the experiment's own first. */
+const shipped = () => examples.find(({ name }) => name === at('example').value)?.files ?? [];
+
+/** Shows files, each in a field. @param {[string, string][]} files */
+function showFiles(files) {
+    at('files').replaceChildren(...files.map(([name, text]) => {
+        const [own, head, field] = ['details', 'summary', 'textarea'].map((kind) => document.createElement(kind));
+        head.textContent = name;
+        Object.assign(field, { name, value: text, rows: 16, spellcheck: false, ariaLabel: name });
+        field.addEventListener('input', changed);
+        own.append(head, field);
+        return own;
+    }));
 }
 
 /** Whatever changes the experiment ends the run in progress. */
@@ -146,24 +183,41 @@ function changed() {
     at('link').href = `#${fragment()}`;
 }
 
-async function chosen() {
-    at('text').value = await (await fetch(`experiments/${at('example').value}.toml`)).text();
+function chosen() {
+    const [[, text], ...files] = shipped();
+    at('text').value = text;
+    showFiles(files);
     changed();
 }
 
 async function prepare() {
-    at('example').replaceChildren(...EXAMPLES.map((name) => new Option(name, name)));
+    const helper = worker();
+    examples = await helper.ask({ call: 'examples', given: await loadedModule(MODULES[0]) });
+    helper.end();
+    at('example').replaceChildren(...examples.map(({ name, about: words }) => new Option(`${name}: ${words}`, name)));
     at('workers').value = String(Math.min(navigator.hardwareConcurrency || 1, 8));
     const given = new URLSearchParams(location.hash.slice(1));
-    if (EXAMPLES.includes(given.get('example') ?? '')) at('example').value = given.get('example');
-    ['seed', 'set'].forEach((id) => given.has(id) && (at(id).value = given.get(id)));
-    if (given.has('text')) {
-        at('text').value = given.get('text');
-        changed();
-    } else {
-        await chosen();
-    }
+    if (examples.some(({ name }) => name === given.get('example'))) at('example').value = given.get('example');
+    chosen();
+    ['seed', 'set', 'text'].forEach((id) => given.has(id) && (at(id).value = given.get(id)));
+    const files = Object.entries(JSON.parse(given.get('files') ?? '{}')).map(([name, text]) => [name, String(text)]);
+    showFiles([...new Map([...shipped().slice(1), ...files])]);
+    changed();
     at('example').addEventListener('change', chosen);
+    at('selftest').addEventListener('click', async () => {
+        say('Testing.');
+        const helper = worker();
+        const { refused, codes, compared, differing } = await helper.ask({ call: 'selftest', given: await loadedModule(MODULES.at(-1)) });
+        helper.end();
+        const wrong = differing?.length > 0 ? `These differ: ${differing.join(', ')}. Please report this browser.` : 'No bit differs.';
+        say(refused ?? `${compared} results of operations and functions by ${codes.join(', ')}: ${wrong}`, refused !== undefined || differing.length > 0);
+    });
+    at('add').addEventListener('click', () => {
+        const name = at('name-of-file').value.trim();
+        const present = parts().map((field) => [field.name, field.value]);
+        if (name !== '') showFiles([...new Map([[name, ''], ...present])]);
+        changed();
+    });
     ['text', 'set', 'seed', 'workers'].forEach((id) => at(id).addEventListener('input', changed));
     at('evolve').addEventListener('click', () => advance(false));
     at('step').addEventListener('click', () => advance(true));

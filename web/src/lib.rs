@@ -9,14 +9,20 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::panic;
 use std::path::Path;
 
+use oneiro::probe;
 use oneiro_base::exit::{Failure, Result};
+use oneiro_experiments::EXAMPLES;
 use oneiro_lab::experiment::Files;
 use oneiro_lab::record::{Finished, InMemory};
 use oneiro_lab::runs;
 use serde::Deserialize;
 use serde_json::json;
+
+/// Arguments of each function of kernels in [`selftest`].
+const ARGUMENTS: usize = 1000;
 
 thread_local! {
     static INPUT: RefCell<Vec<u8>> = RefCell::default();
@@ -25,7 +31,8 @@ thread_local! {
     static FINISHED: RefCell<Option<Finished>> = const { RefCell::new(None) };
 }
 
-/// What a run is made of: the name and text of an experiment, settings that override it, and the files that it names.
+/// What a run is made of: the name and text of an experiment, settings that override it, and the files that it names: those given, and those
+/// that ship with it.
 #[derive(Deserialize)]
 struct Request {
     name: String,
@@ -72,6 +79,38 @@ pub extern "C" fn output_length() -> usize {
     OUTPUT.with_borrow(Vec::len)
 }
 
+/// Output: the shipped experiments, as JSON: of each its `name`, what it is `about`, and its `files`, names and texts, of which the first is the
+/// experiment's own. Files that are no texts are left out.
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn examples() -> u32 {
+    let shipped = EXAMPLES.iter().filter(|example| !example.is_sweep());
+    let about = shipped.map(|example| {
+        let text = |&(name, bytes): &(&'static str, &'static [u8])| Some((name, str::from_utf8(bytes).ok()?));
+        let files: Vec<_> = example.files.iter().filter_map(text).collect();
+        json!({ "name": example.name, "about": example.about, "files": files })
+    });
+    let about: Vec<_> = about.collect();
+    answered(Ok(json!(about).to_string().into_bytes()))
+}
+
+/// Output: whether this engine computes every operation and function of kernels alike by all codes, as JSON: the codes' names, the number of
+/// results that were compared, and for which operations and functions some differ.
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn selftest() -> u32 {
+    let cases = [probe::operations(), probe::functions(ARGUMENTS)].concat();
+    let codes: Vec<&str> = cases[0].lane_codes().collect();
+    let (mut compared, mut differing) = (0, Vec::new());
+    for case in &cases {
+        let results: Vec<Option<Vec<u32>>> = codes.iter().map(|code| case.run(code)).collect();
+        if results.windows(2).any(|two| two[0] != two[1] || two[0].is_none()) {
+            differing.push(case.subject.to_string());
+        }
+        compared += case.left.len() * (codes.len() - 1);
+    }
+    let about = json!({ "codes": codes, "compared": compared, "differing": differing });
+    answered(Ok(about.to_string().into_bytes()))
+}
+
 /// Begins a run. Input: JSON with the experiment's `name`, `text`, `set` (a list of KEY=VALUE) and `files` (texts by name). Output: JSON.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn open(seed: u64) -> u32 {
@@ -79,10 +118,20 @@ pub extern "C" fn open(seed: u64) -> u32 {
 }
 
 fn begun(bytes: &[u8], seed: u64) -> Result<Vec<u8>> {
+    // A panic ends the instance; the page can still read this.
+    panic::set_hook(Box::new(|about| {
+        OUTPUT.set(format!("a mistake in Oneiro, please report it: {about}").into_bytes());
+    }));
     let request: Request =
         serde_json::from_slice(bytes).map_err(|error| Failure::input(format_args!("the request: {error}")))?;
-    let files = request.files.into_iter();
-    let files = Files::given(files.map(|(name, text)| (name.into(), text.into_bytes())).collect());
+    let shipped = EXAMPLES.iter().filter(|example| example.files[0].0 == request.name);
+    let shipped = shipped
+        .flat_map(|example| &example.files[1..])
+        .map(|&(name, bytes)| (name.to_owned(), bytes.to_vec()));
+    let given = request.files.into_iter().map(|(name, text)| (name, text.into_bytes()));
+    // Those that are given take the place of others.
+    let files: BTreeMap<String, Vec<u8>> = shipped.chain(given).collect();
+    let files = Files::given(files.into_iter().map(|(name, bytes)| (name.into(), bytes)).collect());
     let experiment = runs::in_text(Path::new(&request.name), &request.text, &request.set, &files)?;
     let (_, unit) = experiment.shown().time;
     let (_, value) = experiment.shown().value;

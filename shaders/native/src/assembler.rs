@@ -1,8 +1,8 @@
-//! The instruction set that the emitter writes to: scalars, vectors and masks of their lanes; [`Blocks`] adds control flow.
+//! The instruction set that the emitter writes to: scalars, vectors and masks of their lanes; [`Structured`] adds control flow.
 
 use oneiro_shader_compiler::tree::{Binary, Ty, Unary};
 
-use crate::control::Blocks;
+use crate::control::Structured;
 
 /// The form of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub(crate) enum Form {
 
 /// Writes one function. Its parameters are the buffers, the workgroup, the first lane, and the budget of loop turns.
 /// Integer arithmetic wraps; floats are rounded after each operation. Memory accesses aren't checked: the emitter clamps indices.
-pub(crate) trait Assembler: Blocks {
+pub(crate) trait Assembler: Structured {
     /// Lanes of a vector.
     const LANES: u32;
     /// Whether vectors are stored under a mask in one instruction.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, process};
 
-use crate::{Code, Target};
+use crate::{Code, Target, narrow};
 
 /// Hash of everything that code depends on: the kernel's text, the number of lanes, the machine, and the compilers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ impl Key {
 
     fn of(build: &str, target: &str, lanes: u32, wgsl: &str) -> Self {
         let mut hasher = blake3::Hasher::new();
-        for part in [build, cranelift_codegen::VERSION, target, &lanes.to_string(), wgsl] {
+        for part in [build, narrow::VERSION, target, &lanes.to_string(), wgsl] {
             hasher.update(&(part.len() as u64).to_le_bytes());
             hasher.update(part.as_bytes());
         }

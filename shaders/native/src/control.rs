@@ -1,4 +1,27 @@
-//! Structured control flow, of blocks of code and jumps between them.
+//! Structured control flow, and how it is made of blocks of code and jumps between them.
+
+/// Control flow as the emitter writes it.
+pub(crate) trait Structured {
+    /// A computed value or pointer, valid wherever its place has already run.
+    type Value: Copy;
+    /// A block or loop that can be left.
+    type Label: Copy;
+
+    /// Begins the code that runs if the condition is true.
+    fn begin_if(&mut self, condition: Self::Value);
+    /// The same for code that hardly ever runs.
+    fn begin_rare_if(&mut self, condition: Self::Value);
+    /// Begins the code that runs if it is false. Optional.
+    fn begin_else(&mut self);
+    fn end_if(&mut self);
+    fn begin_block(&mut self) -> Self::Label;
+    fn end_block(&mut self);
+    /// Begins a loop, which repeats until it is left.
+    fn begin_loop(&mut self) -> Self::Label;
+    fn end_loop(&mut self);
+    /// Jumps to the end of a block or loop.
+    fn leave(&mut self, label: Self::Label);
+}
 
 /// What has begun and not ended.
 #[derive(Debug)]
@@ -30,9 +53,8 @@ enum Open<B> {
     Loop(B, B),
 }
 
-/// Blocks and jumps of a function, and the constructs made of them.
+/// Blocks and jumps of a function, of which the constructs are made.
 pub(crate) trait Blocks {
-    /// A computed value or pointer, valid wherever its block has already run.
     type Value: Copy;
     /// A part of the code that is entered at its beginning alone.
     type Block: Copy;
@@ -63,24 +85,26 @@ pub(crate) trait Blocks {
         let block = self.block();
         self.start_sealed(block);
     }
+}
 
-    /// Begins the code that runs if the condition is true.
-    fn begin_if(&mut self, condition: Self::Value) {
+impl<B: Blocks> Structured for B {
+    type Value = B::Value;
+    type Label = B::Block;
+
+    fn begin_if(&mut self, condition: B::Value) {
         let [accept, reject, after] = [(); 3].map(|()| self.block());
         self.branch(condition, accept, reject);
         self.start_sealed(accept);
         self.control().open.push(Open::If(reject, after));
     }
 
-    /// The same for code that hardly ever runs.
-    fn begin_rare_if(&mut self, condition: Self::Value) {
+    fn begin_rare_if(&mut self, condition: B::Value) {
         self.begin_if(condition);
         let control = self.control();
         control.rare = Some(control.open.len());
         self.mark_rare();
     }
 
-    /// Begins the code that runs if it is false. Optional.
     fn begin_else(&mut self) {
         let Some(Open::If(reject, after)) = self.control().open.pop() else {
             unreachable!("an `else` stands in an `if`")
@@ -105,7 +129,7 @@ pub(crate) trait Blocks {
         self.start_sealed(after);
     }
 
-    fn begin_block(&mut self) -> Self::Block {
+    fn begin_block(&mut self) -> B::Block {
         let after = self.block();
         self.control().open.push(Open::Block(after));
         after
@@ -119,8 +143,7 @@ pub(crate) trait Blocks {
         self.start_sealed(after);
     }
 
-    /// Begins a loop, which repeats until it is left.
-    fn begin_loop(&mut self) -> Self::Block {
+    fn begin_loop(&mut self) -> B::Block {
         let [head, after] = [(); 2].map(|()| self.block());
         self.jump(head);
         self.start(head);
@@ -137,8 +160,7 @@ pub(crate) trait Blocks {
         self.start_sealed(after);
     }
 
-    /// Jumps to the end of a block or loop.
-    fn leave(&mut self, after: Self::Block) {
+    fn leave(&mut self, after: B::Block) {
         self.jump(after);
         self.start_unreachable();
     }

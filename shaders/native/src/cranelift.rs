@@ -24,6 +24,11 @@ use crate::control::{Blocks, Control};
 use crate::emit::emit;
 use crate::{Error, FRAME, Words, longest_element};
 
+/// Cranelift for this machine.
+pub(crate) struct Machine(OwnedTargetIsa);
+
+/// By what cached code is named.
+pub(crate) const VERSION: &str = cranelift_codegen::VERSION;
 /// Numbers of lanes that code can be compiled for.
 pub(crate) const NUMBERS: [u32; 3] = [4, 8, 16];
 /// Bytes per word.
@@ -39,7 +44,7 @@ const WORD_FORM: Form = Form::One(Ty::U32);
 const BITCAST: MemFlagsData = MemFlagsData::new().with_endianness(ir::Endianness::Little);
 
 /// Settings of Cranelift for this machine, with all of its internal checks if `checked`.
-pub(crate) fn host(checked: bool) -> Result<OwnedTargetIsa, Error> {
+pub(crate) fn host(checked: bool) -> Result<Machine, Error> {
     let builder = cranelift_native::builder().map_err(|why| Error::Machine(why.into()))?;
     let mut flags = settings::builder();
     let mut set = |name: &str, value: &str| {
@@ -61,7 +66,7 @@ pub(crate) fn host(checked: bool) -> Result<OwnedTargetIsa, Error> {
         Architecture::X86_64 if !has(&*isa, "has_sse41") => Err(Error::Machine(
             "this processor has no SSE4.1, which code compiled at run time needs".into(),
         )),
-        Architecture::X86_64 | Architecture::Aarch64(_) => Ok(isa),
+        Architecture::X86_64 | Architecture::Aarch64(_) => Ok(Machine(isa)),
         other => Err(Error::Machine(format!(
             "there is no code for {other}; allowed: 64-bit x86, 64-bit ARM"
         ))),
@@ -74,48 +79,51 @@ fn has(isa: &dyn TargetIsa, flag: &str) -> bool {
         .any(|value| value.name == flag && value.as_bool() == Some(true))
 }
 
-/// The machine and its processor's features.
-pub(crate) fn description(isa: &dyn TargetIsa) -> String {
-    let flags = isa.isa_flags().into_iter().map(|flag| format!(" {flag}"));
-    format!("{}{}", isa.triple(), flags.collect::<String>())
-}
-
-/// Compiles a program to machine code.
-pub(crate) fn compile(isa: &dyn TargetIsa, trees: &Trees, lanes: u32) -> Result<Vec<u8>, Error> {
-    let call = if cfg!(target_arch = "x86_64") {
-        CallConv::SystemV
-    } else {
-        CallConv::triple_default(isa.triple())
-    };
-    let mut signature = Signature::new(call);
-    signature.params = [isa.pointer_type(), I32, I32, I64].map(AbiParam::new).into();
-    signature.returns.push(AbiParam::new(I32));
-    let mut context = Context::new();
-    context.func = ir::Function::with_name_signature(UserFuncName::user(0, 0), signature);
-    let mut builder_context = FunctionBuilderContext::new();
-    let mut asm = Clif::new(
-        isa,
-        FunctionBuilder::new(&mut context.func, &mut builder_context),
-        trees,
-    );
-    emit(&mut asm, trees, lanes);
-    asm.end(isa);
-    let compiled = context
-        .compile(isa, &mut ControlPlane::default())
-        .map_err(|error| match error.inner {
-            CodegenError::CodeTooLarge | CodegenError::ImplLimitExceeded => Error::TooLarge,
-            other => Error::Backend(format!("{other:?}")),
-        })?;
-    let frame = compiled
-        .buffer
-        .frame_layout()
-        .ok_or_else(|| Error::Backend("the size of its frame is unknown".into()))?;
-    if u64::from(frame.frame_to_fp_offset) > FRAME {
-        return Err(Error::TooLarge);
+impl Machine {
+    /// The machine and its processor's features.
+    pub(crate) fn description(&self) -> String {
+        let flags = self.0.isa_flags().into_iter().map(|flag| format!(" {flag}"));
+        format!("{}{}", self.0.triple(), flags.collect::<String>())
     }
-    match compiled.buffer.relocs() {
-        [] => Ok(compiled.code_buffer().to_vec()),
-        [first, ..] => Err(Error::Backend(format!("the code refers to {:?}", first.target))),
+
+    /// Compiles a program to machine code.
+    pub(crate) fn compile(&self, trees: &Trees, lanes: u32) -> Result<Vec<u8>, Error> {
+        let isa = &*self.0;
+        let call = if cfg!(target_arch = "x86_64") {
+            CallConv::SystemV
+        } else {
+            CallConv::triple_default(isa.triple())
+        };
+        let mut signature = Signature::new(call);
+        signature.params = [isa.pointer_type(), I32, I32, I64].map(AbiParam::new).into();
+        signature.returns.push(AbiParam::new(I32));
+        let mut context = Context::new();
+        context.func = ir::Function::with_name_signature(UserFuncName::user(0, 0), signature);
+        let mut builder_context = FunctionBuilderContext::new();
+        let mut asm = Clif::new(
+            isa,
+            FunctionBuilder::new(&mut context.func, &mut builder_context),
+            trees,
+        );
+        emit(&mut asm, trees, lanes);
+        asm.end(isa);
+        let compiled = context
+            .compile(isa, &mut ControlPlane::default())
+            .map_err(|error| match error.inner {
+                CodegenError::CodeTooLarge | CodegenError::ImplLimitExceeded => Error::TooLarge,
+                other => Error::Backend(format!("{other:?}")),
+            })?;
+        let frame = compiled
+            .buffer
+            .frame_layout()
+            .ok_or_else(|| Error::Backend("the size of its frame is unknown".into()))?;
+        if u64::from(frame.frame_to_fp_offset) > FRAME {
+            return Err(Error::TooLarge);
+        }
+        match compiled.buffer.relocs() {
+            [] => Ok(compiled.code_buffer().to_vec()),
+            [first, ..] => Err(Error::Backend(format!("the code refers to {:?}", first.target))),
+        }
     }
 }
 

@@ -130,7 +130,7 @@ struct Emitter<'a, A: Assembler> {
     constants: Vec<((Ty, u32), A::Value)>,
     regions: Vec<Region>,
     masks: Vec<Mask<A::Variable>>,
-    labels: Vec<Option<A::Block>>,
+    labels: Vec<Option<A::Label>>,
     /// Ends of the buffers.
     ends: Vec<End<A::Value>>,
     /// Pointers that are already computed at this point, and their elements in the order in which they were.

@@ -1,5 +1,6 @@
 //! Compiles kernels to machine code at run time, without a compiler on the machine: `emit` turns the shader compiler's tree
-//! into instructions: by this crate's code generator for AVX2 and AVX-512 (`wide`), or through Cranelift.
+//! into instructions: by this crate's code generator for AVX2 and AVX-512 (`wide`), or of vectors of 128 bits through Cranelift; in a browser, as a
+//! module of WebAssembly.
 //!
 //! ```
 //! use oneiro_shader_compiler::{Part, trees};
@@ -25,22 +26,31 @@ mod assembler;
 mod cache;
 mod code;
 mod control;
+#[cfg(not(target_family = "wasm"))]
 mod cranelift;
 mod emit;
+#[cfg_attr(target_family = "wasm", path = "instance.rs")]
+mod executable;
 mod run;
 mod share;
 mod stack;
+#[cfg(any(target_family = "wasm", test))]
+#[cfg_attr(not(target_family = "wasm"), allow(dead_code, reason = "its tests run anywhere"))]
+mod web_assembly;
 #[cfg_attr(not(target_arch = "x86_64"), path = "no_wide.rs")]
 mod wide;
 
-use cranelift_codegen::isa::OwnedTargetIsa;
 use oneiro_shader_compiler::Trees;
 
 pub use cache::{Cache, Key};
 pub use code::Code;
 pub use run::{Native, Stopped, Words};
 
+#[cfg(not(target_family = "wasm"))]
+use cranelift as narrow;
 use stack::{ARRAYS, FRAME, check_arrays, most_at_once};
+#[cfg(target_family = "wasm")]
+use web_assembly as narrow;
 
 /// Reasons why there is no code.
 #[derive(Debug, thiserror::Error)]
@@ -81,8 +91,8 @@ pub struct Target {
 
 /// What generates code.
 enum Generator {
-    /// Cranelift, with vectors of 128 bits.
-    Cranelift(OwnedTargetIsa),
+    /// With vectors of 128 bits, on any machine.
+    Narrow(narrow::Machine),
     /// Ours, with vectors of 256 or 512 bits.
     Wide(wide::Vectors),
 }
@@ -97,11 +107,11 @@ impl Target {
     /// This machine, with vectors of 128 bits.
     ///
     /// # Errors
-    /// [`Error::Machine`] unless the processor is 64-bit x86 with SSE4.1, or 64-bit ARM.
+    /// [`Error::Machine`] unless the processor is 64-bit x86 with SSE4.1, or 64-bit ARM, or this is WebAssembly.
     pub fn host() -> Result<Self, Error> {
         let checked = false;
-        cranelift::host(checked).map(|isa| Self {
-            code: Generator::Cranelift(isa),
+        narrow::host(checked).map(|machine| Self {
+            code: Generator::Narrow(machine),
             checked,
         })
     }
@@ -130,7 +140,7 @@ impl Target {
     pub fn checked(self) -> Result<Self, Error> {
         let checked = true;
         let code = match self.code {
-            Generator::Cranelift(_) => Generator::Cranelift(cranelift::host(checked)?),
+            Generator::Narrow(_) => Generator::Narrow(narrow::host(checked)?),
             Generator::Wide(vectors) => Generator::Wide(vectors),
         };
         Ok(Self { code, checked })
@@ -139,7 +149,7 @@ impl Target {
     /// The machine and its processor's features, as code must name them in order to run here.
     pub fn description(&self) -> String {
         match &self.code {
-            Generator::Cranelift(isa) => cranelift::description(&**isa),
+            Generator::Narrow(machine) => machine.description(),
             Generator::Wide(vectors) => vectors.description(),
         }
     }
@@ -147,7 +157,7 @@ impl Target {
     /// Numbers of lanes that code can be compiled for, in ascending order.
     pub fn lanes(&self) -> &'static [u32] {
         match self.code {
-            Generator::Cranelift(_) => &cranelift::NUMBERS,
+            Generator::Narrow(_) => &narrow::NUMBERS,
             Generator::Wide(vectors) => vectors.numbers(),
         }
     }
@@ -155,7 +165,7 @@ impl Target {
     /// Most words of a buffer that code can reach.
     pub fn reach(&self) -> u32 {
         match self.code {
-            Generator::Cranelift(_) => u32::MAX,
+            Generator::Narrow(_) => u32::MAX,
             // Vectors of indices have signs.
             Generator::Wide(_) => i32::MAX as u32,
         }
@@ -185,7 +195,7 @@ impl Target {
         }
         check_arrays(trees, lanes)?;
         let bytes = match &self.code {
-            Generator::Cranelift(isa) => cranelift::compile(&**isa, trees, lanes)?,
+            Generator::Narrow(machine) => machine.compile(trees, lanes)?,
             Generator::Wide(vectors) => vectors.compile(trees, lanes, self.checked)?,
         };
         Ok(Code {

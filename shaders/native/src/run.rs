@@ -1,11 +1,6 @@
-//! Code in executable memory, which is never written to again.
+//! Code that runs.
 
-use std::ffi::c_void;
-use std::io;
-
-use memmap2::{Mmap, MmapMut};
-use wasmtime_internal_jit_icache_coherence as icache;
-
+use crate::executable::Executable;
 use crate::{Code, Error, Target};
 
 /// A buffer of 32-bit words, as the code sees it.
@@ -46,26 +41,17 @@ pub enum Stopped {
     },
 }
 
-/// Takes the buffers, the workgroup, the first lane, and the turns that loops may take. Returns 1 if those were used up, else
-/// 0. On 64-bit x86 it is called in the same way on all systems.
-#[cfg(target_arch = "x86_64")]
-type Entry = unsafe extern "sysv64" fn(*const Words, u32, u32, u64) -> u32;
-#[cfg(not(target_arch = "x86_64"))]
-type Entry = unsafe extern "C" fn(*const Words, u32, u32, u64) -> u32;
-
 /// Code that is ready to run, from several threads at a time.
 #[derive(Debug)]
 pub struct Native {
-    /// Owns the memory that `entry` points to.
-    _memory: Mmap,
-    entry: Entry,
+    executable: Executable,
     lanes: u32,
     reach: u32,
     strides: Vec<u32>,
 }
 
 impl Native {
-    /// Copies code into executable memory.
+    /// Makes code executable.
     ///
     /// # Errors
     /// [`Error::Foreign`] if it was compiled for another machine, [`Error::Memory`] if the system provides none.
@@ -76,20 +62,8 @@ impl Native {
             let code = code.target.clone();
             return Err(Error::Foreign { code, machine });
         }
-        let mut memory = MmapMut::map_anon(code.bytes.len())?;
-        memory.copy_from_slice(&code.bytes);
-        let memory = memory.make_exec()?;
-        // SAFETY: the range is that of the mapping, which stays where it is.
-        let cleared = unsafe { icache::clear_cache(memory.as_ptr().cast::<c_void>(), memory.len()) };
-        // Their error has another type on each system.
-        cleared.map_err(|error| io::Error::other(error.to_string()))?;
-        icache::pipeline_flush_mt().map_err(|error| io::Error::other(error.to_string()))?;
-        // SAFETY: a function with this signature starts there, compiled for this machine. It is only called through `Self`,
-        // which owns the memory.
-        let entry = unsafe { std::mem::transmute::<*const u8, Entry>(memory.as_ptr()) };
         Ok(Self {
-            _memory: memory,
-            entry,
+            executable: Executable::new(&code.bytes)?,
             lanes: code.lanes,
             reach: code.reach,
             strides: code.strides.clone(),
@@ -129,7 +103,7 @@ impl Native {
         }
         // SAFETY: all buffers that the code reads are there, each with at least one element, and the code clamps every
         // index into its buffer. The caller guarantees that they are valid.
-        match unsafe { (self.entry)(buffers.as_ptr(), workgroup, first_lane, turns) } {
+        match unsafe { self.executable.run(buffers, workgroup, first_lane, turns) } {
             0 => Ok(()),
             _ => Err(Stopped::TurnsUsedUp(turns)),
         }

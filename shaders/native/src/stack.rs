@@ -4,7 +4,7 @@ use oneiro_shader_compiler::tree::{Op, Program, visit};
 use oneiro_shader_compiler::{GREATEST_LOCAL, Trees};
 
 use crate::share::shared;
-use crate::{Error, cranelift};
+use crate::{Error, narrow};
 
 /// Most bytes that the local arrays of all lanes may take.
 pub(crate) const ARRAYS: u64 = 1 << 18;
@@ -12,7 +12,7 @@ pub(crate) const ARRAYS: u64 = 1 << 18;
 pub(crate) const FRAME: u64 = 2 * ARRAYS;
 
 // With the fewest lanes, whatever the compiler accepts has room.
-const _: () = assert!(cranelift::NUMBERS[0] as u64 * GREATEST_LOCAL as u64 <= ARRAYS);
+const _: () = assert!(narrow::NUMBERS[0] as u64 * GREATEST_LOCAL as u64 <= ARRAYS);
 
 /// Values of the longest program of which nobody counts what no register holds.
 const LONG: usize = 10_000;

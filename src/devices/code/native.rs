@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use oneiro_shader_compiler::tree::Program;
-use oneiro_shader_compiler::{Generic, Part, Trees, trees};
+#[cfg(not(target_family = "wasm"))]
+use oneiro_shader_compiler::{Generic, tree::Program};
+use oneiro_shader_compiler::{Part, Trees, trees};
 use oneiro_shader_native as native;
 use oneiro_shaders::{Kernel, Words};
 
 use crate::devices::background;
+#[cfg(not(target_family = "wasm"))]
 use crate::devices::variants::Setting;
 use crate::evaluator::Error;
 
@@ -270,6 +272,7 @@ fn words(buffers: &[Words]) -> Vec<native::Words> {
 
 impl Code {
     /// Compiles a program of a kernel for a world, by the same generator as this code.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn specialise(&self) -> impl Fn(&Generic, &Setting, Program) -> Result<Self, String> + use<> {
         let kind = self.kind;
         move |generic, setting, program| {

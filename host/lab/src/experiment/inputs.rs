@@ -245,9 +245,17 @@ impl<'a> Inputs<'a> {
         let none = |_: &Sampling| Ok::<_, Failure>(Arc::default());
         // Not under the lock, so that several cells of a sweep can be sampled at once.
         let own: Arc<OnceLock<Taken>> = known(&self.files.samples, sampling, none)?;
-        // On a separate thread: one of a pool's would do other cells' work while it waits, and might come to wait for itself.
+        // On a separate thread: one of a pool's would do other cells' work while it waits, and might come to wait for itself. A browser has
+        // neither.
         let has_blocks = self.has_blocks;
-        let sampled = || thread::scope(|scope| scope.spawn(|| take(site, has_blocks)).join());
+        let sample = || take(site, has_blocks);
+        let sampled = || {
+            if cfg!(target_family = "wasm") {
+                Ok(sample())
+            } else {
+                thread::scope(|scope| scope.spawn(sample).join())
+            }
+        };
         let taken = own.get_or_init(|| match sampled() {
             Ok(samples) => samples.map(Arc::new).map_err(|failure| failure.to_string()),
             Err(panic) => std::panic::resume_unwind(panic),
