@@ -1,18 +1,20 @@
 #!/usr/bin/env bash
 # pages.sh [PROGRAM]: opens a page of each kind in Chromium and in Firefox, in both colour schemes and three widths, with tests/pages.mjs:
 # no message on the console, nothing wider than the window, no serious finding of axe; the curve of `oneiro watch --edit` in sight beside its
-# form; and how soon and how smoothly pages of episodes are drawn. Pictures of all are in target/pages. Installs the browsers and what it
-# needs from npm.
+# form; how soon and how smoothly pages of episodes are drawn; and with tests/watched-day.mjs the memory of a run's page after a day. Pictures
+# of all are in target/pages. Installs the browsers and what it needs from npm.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
 root=$PWD
 program=$(realpath "${1:-target/release/oneiro}")
 folder=$(realpath -m "${CARGO_TARGET_DIR:-target}/pages")
-command -v chromium >/dev/null && command -v firefox-esr >/dev/null && command -v npm >/dev/null || install chromium firefox-esr npm
+command -v chromium >/dev/null && command -v firefox-esr >/dev/null || install chromium firefox-esr
+# Not with them: where Node is not Debian's, npm came with it.
+command -v npm >/dev/null || install npm
 mkdir -p "$folder"
 npm install --silent --no-fund --no-audit --prefix "$folder" puppeteer-core@24 axe-core@4
-cp tests/pages.mjs "$folder"
+cp tests/pages.mjs tests/watched-day.mjs "$folder"
 cd "$folder"
 rm -rf pages pictures
 mkdir pages pictures
@@ -50,8 +52,17 @@ END
 say sweep run sweep.toml --out sweep
 say sweep report sweep
 say watch --snapshot watch.html
+# Long enough that its curve has as many points as any.
+say run first.toml --seed 1 --out long --set evolution.generations=5000 --set evolution.population=20 --set evolution.parents=4 --set evolution.finalists=0
 cd ..
-"$program" watch --edit pages/first.toml pages/single pages/other --port 0 >served &
-trap 'kill $!' EXIT
-until grep -q token= served; do sleep 0.1; done
-find pages -name '*.html' | sort | xargs node pages.mjs "$(grep -o 'http://[^ ]*' served)"
+trap 'kill $(jobs -p)' EXIT
+# serve WORDS..: begins `oneiro watch` of these, and sets $address to its page.
+serve() {
+    : >served
+    "$program" watch --port 0 "$@" >served &
+    until address=$(grep -o 'http://[^ ]*' served); do sleep 0.1; done
+}
+serve --edit pages/first.toml pages/single pages/other
+find pages -name '*.html' | sort | xargs node pages.mjs "$address"
+serve pages/long
+node watched-day.mjs "$address"
