@@ -62,7 +62,7 @@ impl Step {
 /// A function so far.
 #[derive(Debug, Default)]
 pub(crate) struct Steps {
-    steps: Vec<Step>,
+    all: Vec<Step>,
     /// Types of results and of variables.
     results: Vec<ValType>,
     variables: Vec<ValType>,
@@ -120,7 +120,7 @@ impl Steps {
     fn push(&mut self, code: Code, operands: &[Value], ty: Option<ValType>) -> Value {
         let number = self.results.len() as u32;
         self.results.extend(ty);
-        self.steps.push(Step {
+        self.all.push(Step {
             code,
             operands: std::array::from_fn(|at| operands.get(at).copied()),
             result: ty.map(|_| number),
@@ -132,7 +132,7 @@ impl Steps {
     pub(crate) fn written(mut self, parameters: &[ValType]) -> (Vec<ValType>, Vec<Instruction<'static>>) {
         let uses = self.remove_unused();
         let ends = self.ends();
-        let steps = std::mem::take(&mut self.steps);
+        let steps = std::mem::take(&mut self.all);
         let mut writer = Writer {
             first_variable: parameters.len() as u32,
             results: &self.results,
@@ -155,11 +155,11 @@ impl Steps {
     /// Leaves out what computes unused results. Returns how often each result is used.
     fn remove_unused(&mut self) -> Vec<u32> {
         let mut uses = vec![0; self.results.len()];
-        for step in &self.steps {
+        for step in &self.all {
             step.taken().for_each(|number| uses[number] += 1);
         }
-        let mut needed = Vec::with_capacity(self.steps.len());
-        for step in std::mem::take(&mut self.steps).into_iter().rev() {
+        let mut needed = Vec::with_capacity(self.all.len());
+        for step in std::mem::take(&mut self.all).into_iter().rev() {
             let is_used = step.result.is_none_or(|number| uses[number as usize] > 0);
             if is_used || !step.is_pure() {
                 needed.push(step);
@@ -168,7 +168,7 @@ impl Steps {
             }
         }
         needed.reverse();
-        self.steps = needed;
+        self.all = needed;
         uses
     }
 
@@ -177,7 +177,7 @@ impl Steps {
         // The block that each step opens, up to its end.
         let mut closed = HashMap::new();
         let mut open = Vec::new();
-        for (at, step) in self.steps.iter().enumerate() {
+        for (at, step) in self.all.iter().enumerate() {
             match step.code {
                 Code::Control(Instruction::Block(_) | Instruction::Loop(_) | Instruction::If(_)) => open.push(at),
                 Code::Control(Instruction::End) => _ = open.pop().map(|begin| closed.insert(begin, at)),
@@ -188,7 +188,7 @@ impl Steps {
         let mut last = vec![None; self.results.len()];
         // Where each open block began, and whether it is a loop.
         let mut blocks: Vec<(usize, bool)> = Vec::new();
-        for (at, step) in self.steps.iter().enumerate() {
+        for (at, step) in self.all.iter().enumerate() {
             for number in step.taken() {
                 let entered = |(begin, is_loop): &&(usize, bool)| *is_loop && *begin > made[number];
                 let end = blocks.iter().find(entered).map_or(at, |(begin, _)| closed[begin]);
@@ -204,7 +204,7 @@ impl Steps {
                 _ => {}
             }
         }
-        let mut ends = vec![Vec::new(); self.steps.len()];
+        let mut ends = vec![Vec::new(); self.all.len()];
         for (number, last) in last.into_iter().enumerate() {
             if let Some(last) = last {
                 ends[last].push(number);

@@ -53,6 +53,7 @@ pub(crate) fn host(_: bool) -> Result<Machine, Error> {
     Ok(Machine)
 }
 
+#[expect(clippy::unused_self, reason = "as the machines that it stands in for")]
 impl Machine {
     pub(crate) fn description(&self) -> String {
         "wasm32 simd128".to_owned()

@@ -1,3 +1,4 @@
+use std::fmt::Write as _;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
@@ -93,9 +94,11 @@ fn random_kernels_do_in_node_what_they_mean() {
         };
         for lanes in NUMBERS {
             let bytes = Machine.compile(&trees, lanes).expect("it is small");
-            cases += &format!(
-                "{{\"seed\":{seed},\"lanes\":{lanes},\"bytes\":{bytes:?},\"before\":{before:?},\"after\":{after:?}}}\n"
-            );
+            writeln!(
+                cases,
+                "{{\"seed\":{seed},\"lanes\":{lanes},\"bytes\":{bytes:?},\"before\":{before:?},\"after\":{after:?}}}"
+            )
+            .expect("it is text");
             count += 1;
         }
     }
