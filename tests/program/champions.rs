@@ -631,7 +631,11 @@ fn a_test_has_values_of_its_own() {
         ),
         (
             "\"start.radius_mm\" = 900.0",
-            "tested.toml:23:1: test: makes another experiment, which is refused: ",
+            "tested.toml:9:1, tested.toml:24:21: test: start: reaches from ",
+        ),
+        (
+            "\"arena.height_mm\" = 120.0",
+            "tested.toml:23:1: test: makes another experiment, which is refused: tested.toml:9:1: start: reaches from ",
         ),
     ] {
         place.write("tested.toml", format!("{DRAWN}[test]\n{test}\n"));
